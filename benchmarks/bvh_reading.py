@@ -1,4 +1,4 @@
-"""How fast BVH files are read, against the readers on PyPI, on the same files in the same run.
+"""Speed of reading BVH files, against the readers on PyPI, on the same files in the same run.
 
     python benchmarks/bvh_reading.py PATH/TO/DATA [--every 4] [--rounds 3]
 
@@ -26,7 +26,7 @@ from pymotion.io.bvh import BVH
 
 from retarget_bench.motion import bvh
 
-OURS, CACHED = "ours, no cache", "ours, cached"
+UNCACHED, CACHED = "ours, no cache", "ours, cached"
 Reader = Callable[[Path], Any]
 
 
@@ -38,11 +38,11 @@ def pymotion(path: Path) -> BVH:
 
 # name -> how it reads a file, and how many frames it found
 READERS: dict[str, tuple[Reader, Callable[[Any], int]]] = {
-    OURS: (lambda path: bvh.parse(path, cache=False), lambda found: found.frames),
-    CACHED: (bvh.parse, lambda found: found.frames),
-    "pybvh": (pybvh.read_bvh_file, lambda found: found.frame_count),
-    "upc-pymotion": (pymotion, lambda found: len(found.data["rotations"])),
-    "bvh": (lambda path: bvh_python.Bvh(path.read_text()), lambda found: len(found.frames)),
+    UNCACHED: (lambda path: bvh.parse(path, cache=False), lambda parsed: parsed.frames),
+    CACHED: (bvh.parse, lambda parsed: parsed.frames),
+    "pybvh": (pybvh.read_bvh_file, lambda parsed: parsed.frame_count),
+    "upc-pymotion": (pymotion, lambda parsed: len(parsed.data["rotations"])),
+    "bvh": (lambda path: bvh_python.Bvh(path.read_text()), lambda parsed: len(parsed.frames)),
 }
 
 
@@ -51,14 +51,14 @@ def main() -> None:
     arguments.add_argument("data", type=Path, help="folder of BVH files")
     arguments.add_argument("--every", type=int, default=1, help="read every n-th file only")
     arguments.add_argument("--rounds", type=int, default=3)
-    given = arguments.parse_args()
-    files = sorted(given.data.rglob("*.bvh"))[:: given.every]
+    options = arguments.parse_args()
+    files = sorted(options.data.rglob("*.bvh"))[:: options.every]
     if not files:
-        raise SystemExit(f"no BVH files below {given.data}")
+        raise SystemExit(f"no BVH files below {options.data}")
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as cache:
         os.environ["RETARGET_BENCH_CACHE"] = cache
-        show(files, measure(files, given.rounds))
+        show(files, measure(files, options.rounds))
 
 
 def measure(files: list[Path], rounds: int) -> dict[str, dict[Path, float]]:
@@ -86,12 +86,12 @@ def finds(read: Reader, count: Callable[[Any], int], path: Path) -> int:
 
 def show(files: list[Path], best: dict[str, dict[Path, float]]) -> None:
     print(f"{len(files)} files, {sum(path.stat().st_size for path in files) / 1e6:.0f} MB")
-    print(f"{'reader':16}{'files':>7}{'MB/s':>8}   times faster: {OURS:>14}{CACHED:>14}")
+    print(f"{'reader':16}{'files':>7}{'MB/s':>8}   times faster: {UNCACHED:>14}{CACHED:>14}")
     for name, times in best.items():
         size = sum(path.stat().st_size for path in times) / 1e6
         total = sum(times.values())
-        ours, cached = (sum(best[each][path] for path in times) for each in (OURS, CACHED))
-        print(f"{name:16}{len(times):7}{size / total:8.0f}{total / ours:32.1f}{total / cached:14.1f}")
+        uncached, cached = (sum(best[each][path] for path in times) for each in (UNCACHED, CACHED))
+        print(f"{name:16}{len(times):7}{size / total:8.0f}{total / uncached:32.1f}{total / cached:14.1f}")
 
 
 if __name__ == "__main__":

@@ -39,7 +39,7 @@ from tests.methods.skr_material import halved
 PAGE = Path(__file__).parents[1] / "results" / "correspondence_free.md"
 DATA = {"bare": "puppets[size=default]", "clothed": "puppets[size=default,flesh=clothed]"}
 PRINTED = {"bare": "SMPL ", "clothed": "CAPE "}
-"""Where Table 4 has the columns of each."""
+"""The columns of each in Table 4."""
 RIVALS = ("npt", "nearest_frame", "skinned_copy")
 BODY, SKR_BAR, PA_BAR, MEDL_BAR, SAME_BAR = 1.7, 3.0, 0.058, 0.004, 0.01
 """Metres that bodies are scaled to for SKR's bar; cm; metres (the paper's number); metres; metres."""
@@ -62,12 +62,12 @@ def joint_errors(case: Case, skr: Any) -> dict[str, float]:
     body = SkinnedBody.of(target)
     resting = skr.resting(np.asarray(body.vertices[:, :3], float), body.faces).mean(axis=0)
     there = np.linalg.norm(resting - body.resting, axis=-1)
-    found = {}
-    for which, errors, seen in (("source", apart, moved.character), ("target", there, target)):
-        has = ~Body22(seen).lacks
+    values = {}
+    for which, errors, shown_body in (("source", apart, moved.character), ("target", there, target)):
+        has = ~Body22(shown_body).lacks
         for name, some in ((which, has), (f"{which}, limbs", has & LIMBS)):
-            found[name] = 100 * BODY * float(errors[some].mean()) / seen.height
-    return found
+            values[name] = 100 * BODY * float(errors[some].mean()) / shown_body.height
+    return values
 
 
 def changes(case: Case, method: Any) -> dict[str, float]:
@@ -78,8 +78,8 @@ def changes(case: Case, method: Any) -> dict[str, float]:
     assert mesh is not None
 
     def answer(source: PointSets, target: Character) -> np.ndarray:
-        found: np.ndarray = method.retarget(source, target, context=Context()).vertices
-        return found
+        answered: np.ndarray = method.retarget(source, target, context=Context()).vertices
+        return answered
 
     def wearing(vertices: np.ndarray, faces: np.ndarray) -> Character:
         shares = np.eye(1, len(case.target.skeleton)).repeat(len(vertices), axis=0)
@@ -90,19 +90,19 @@ def changes(case: Case, method: Any) -> dict[str, float]:
     order = numbers.permutation(len(mesh.vertices))
     place = np.argsort(order)
     renumbered = wearing(mesh.vertices[order], numbers.permutation(place[mesh.faces]))
-    vertices, faces, kept = halved(mesh)
-    found = {
+    vertices, faces, new_index = halved(mesh)
+    pairs = {
         "points in another order": (answer(shuffled, case.target), before),
         "vertices and faces renumbered": (answer(case.source, renumbered), before[:, order]),
         "half the vertices": (
-            answer(case.source, wearing(vertices, faces))[:, kept >= 0],
-            before[:, kept[kept >= 0]],
+            answer(case.source, wearing(vertices, faces))[:, new_index >= 0],
+            before[:, new_index[new_index >= 0]],
         ),
     }
-    return {name: float(np.linalg.norm(a - b, axis=-1).mean()) for name, (a, b) in found.items()}
+    return {name: float(np.linalg.norm(a - b, axis=-1).mean()) for name, (a, b) in pairs.items()}
 
 
-def main_table(name: str, found: Mapping[str, cases.Numbers], infos: Sequence[CaseInfo]) -> Iterator[str]:
+def main_table(name: str, results: Mapping[str, cases.Numbers], infos: Sequence[CaseInfo]) -> Iterator[str]:
     """Printed rows of Table 4, and ours on bodies in the place of the paper's."""
     yield from ("", f"### {name.capitalize()}: `{DATA[name]}`", "", f"{cases.size(infos)}.", "")
     yield from cases.heading("method")
@@ -110,13 +110,13 @@ def main_table(name: str, found: Mapping[str, cases.Numbers], infos: Sequence[Ca
         numbers = [float(number.text) for key, number in printed.items() if key.startswith(PRINTED[name])]
         if numbers:
             yield cases.row(f"{label} (printed)", [f"{number:g}" for number in numbers])
-    for method, numbers in found.items():
-        told = f"{method} (privileged)" if method == "skinned_copy" else method
-        yield cases.row(told, [cases.shown(cases.means(numbers, infos, v)) for v in cases.COLUMNS])
+    for method, numbers in results.items():
+        title = f"{method} (privileged)" if method == "skinned_copy" else method
+        yield cases.row(title, [cases.shown(cases.means(numbers, infos, v)) for v in cases.COLUMNS])
 
 
 def bars(
-    found: Mapping[str, cases.Numbers],
+    results: Mapping[str, cases.Numbers],
     joints: cases.Numbers,
     same: cases.Numbers,
     infos: Sequence[CaseInfo],
@@ -124,23 +124,23 @@ def bars(
 ) -> Iterator[str]:
     """Every aim, the number, and whether it is reached. other: bodies of structures that training lacks,
     whose joints are at other places of the body."""
-    ours, near = found["correspondence_free"], found["nearest_frame"]
+    own, near = results["correspondence_free"], results["nearest_frame"]
     value = "pa_mpvd.rigid"
-    apart = cases.mean([ours[i.id][value] - near[i.id][value] for i in infos], infos)
-    share = cases.means(ours, infos, value).value / cases.means(near, infos, value).value
+    apart = cases.mean([own[i.id][value] - near[i.id][value] for i in infos], infos)
+    share = cases.means(own, infos, value).value / cases.means(near, infos, value).value
     surely = apart.interval is not None and apart.interval.high < 0
     lines = []
     for which in ("source", "target"):
         for kind, far in (("", False), (", structures that training lacks", True)):
             some = [info for info in infos if (getattr(info, which) in other) == far]
-            for part, named in (("", "joints"), (", limbs", "hips, arms and legs")):
+            for part, joint_words in (("", "joints"), (", limbs", "hips, arms and legs")):
                 if some:
-                    what = f"SKR's {named} of the {which}{kind} ({len(some)} cases)"
+                    what = f"SKR's {joint_words} of the {which}{kind} ({len(some)} cases)"
                     what = f"{what}, cm of a body of {BODY:g} m"
                     lines.append((what, cases.means(joints, some, which + part), SKR_BAR, 2))
     lines += [
-        ("PA-MPVD, m (the paper's .058)", cases.means(ours, infos, value), PA_BAR, 4),
-        ("MEDL, m", cases.means(ours, infos, "medl_h"), MEDL_BAR, 4),
+        ("PA-MPVD, m (the paper's .058)", cases.means(own, infos, value), PA_BAR, 4),
+        ("MEDL, m", cases.means(own, infos, "medl_h"), MEDL_BAR, 4),
     ]
     few = [info for info in infos if info.id in same]
     lines += [
@@ -152,12 +152,12 @@ def bars(
         reached = "yes" if mean.value < bar else "no"
         yield cases.row(what, [cases.shown(mean, digits), f"{bar:g}", reached])
     far = "yes" if surely and share <= FAR else "no"
-    told = f"{cases.shown(apart)}, {share:.2f} of its error"
-    yield cases.row("PA-MPVD less that of nearest_frame, m", [told, f"{FAR:g} of its error", far])
+    gain = f"{cases.shown(apart)}, {share:.2f} of its error"
+    yield cases.row("PA-MPVD less that of nearest_frame, m", [gain, f"{FAR:g} of its error", far])
 
 
 def trained(method: Any) -> Iterator[str]:
-    """What the cards of the stages say of their training."""
+    """The training of the stages, by their cards."""
     yield from ("", "### Training of the stages", "", "| stage | weights | steps | hours | on |")
     yield "|---|---|---:|---:|---|"
     for name, stage in method.stages.items():
@@ -174,44 +174,44 @@ def main() -> None:
     parser.add_argument("--skr", default="puppets", metavar="WEIGHTS", help="of SKR, shipped or a path")
     parser.add_argument("--skin", default="puppets", metavar="WEIGHTS", help="of SKIN, shipped or a path")
     parser.add_argument("--out", type=Path, default=Path("runs/correspondence_free"), metavar="DIR")
-    given = parser.parse_args()
+    options = parser.parse_args()
     torch.set_num_threads(1)
-    stages = {"skr": given.skr, "skin": given.skin}
-    whole = registry.canonical("methods", Spec("correspondence_free", stages))
-    method = bound.method(whole).built
+    stages = {"skr": options.skr, "skin": options.skin}
+    full = registry.canonical("methods", Spec("correspondence_free", stages))
+    method = bound.method(full).built
     if method.untrained:
         raise SystemExit(method.untrained)
-    asked = {"correspondence_free": whole} | {name: Spec(name) for name in RIVALS}
-    weights, text = bound.method(whole).code + method.weights_hash, list[str]()
+    methods = {"correspondence_free": full} | {name: Spec(name) for name in RIVALS}
+    weights, text = bound.method(full).code + method.weights_hash, list[str]()
     bare: Any = None
     for name, spec in DATA.items():
         data = plan.data_of(bound.dataset(Spec.parse(spec)), cases.TASK)
-        infos = cases.held_out(data, given.clips)
-        folder = given.out / name
-        found = {
+        infos = cases.held_out(data, options.clips)
+        folder = options.out / name
+        results = {
             label: cases.scored(each, data, infos, folder / f"{label}.jsonl")
-            for label, each in asked.items()
+            for label, each in methods.items()
         }
-        text += main_table(name, found, infos)
+        text += main_table(name, results, infos)
         if bare is None:
-            known = digest(weights + data.content)
+            key = digest(weights + data.content)
             joints = cases.remembered(
                 "skr",
                 lambda c: joint_errors(c, method.networks.skr),
                 data,
                 infos,
                 folder / "joints.jsonl",
-                known,
+                key,
             )
             few = infos[:: max(1, len(infos) // 8)]
             same = cases.remembered(
-                "changes", lambda c: changes(c, method), data, few, folder / "changes.jsonl", known
+                "changes", lambda c: changes(c, method), data, few, folder / "changes.jsonl", key
             )
             learned = data.training_manifest()["structures"]
             other = {n for n, each in data.characters().items() if each.structure not in learned}
-            bare = list(bars(found, joints, same, infos, other))
+            bare = list(bars(results, joints, same, infos, other))
     text = [
-        f"    python benchmarks/correspondence_free.py --clips {given.clips}",
+        f"    python benchmarks/correspondence_free.py --clips {options.clips}",
         "",
         "Cases between puppets that no training has seen, one of each clip and split. Metres, and metres "
         "per squared frame of 30 per second; means over clips, 95 % intervals over clips in brackets; "

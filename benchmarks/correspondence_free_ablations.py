@@ -33,22 +33,22 @@ TRAINED = "puppets[size=default,bodies=200]"
 TESTED = "puppets[size=default]"
 
 
-def train(method: Spec, folder: Path, given: argparse.Namespace) -> int:
+def train(method: Spec, folder: Path, options: argparse.Namespace) -> int:
     """Train SMRM up to so many steps, and return them. Raises SystemExit where training fails."""
     checkpoint = folder / "checkpoint.json"
     begun = json.loads(checkpoint.read_text()) if checkpoint.exists() else None
-    if begun is None or begun["step"] < given.steps:
-        new = [str(method), *(f"-d{each}" for each in given.dataset), "--precision", given.precision]
-        asked = ["--resume"] if begun else [*new, "--jobs", "1", "--seed", str(given.seed)]
-        command = [sys.executable, "-m", "retarget_bench", "train", *asked]
-        whole = [*command, "--budget", f"{given.steps}it", "--out", str(folder)]
-        if subprocess.run(whole, check=False).returncode:
+    if begun is None or begun["step"] < options.steps:
+        new = [str(method), *(f"-d{each}" for each in options.dataset), "--precision", options.precision]
+        arguments = ["--resume"] if begun else [*new, "--jobs", "1", "--seed", str(options.seed)]
+        command = [sys.executable, "-m", "retarget_bench", "train", *arguments]
+        complete = [*command, "--budget", f"{options.steps}it", "--out", str(folder)]
+        if subprocess.run(complete, check=False).returncode:
             raise SystemExit(f"{method}: training ended with an error, see above")
     return int(json.loads(checkpoint.read_text())["step"])
 
 
 def lines(
-    ablation: Ablation, found: Mapping[Spec, cases.Numbers], infos: Any, steps: Mapping[Spec, int]
+    ablation: Ablation, results: Mapping[Spec, cases.Numbers], infos: Any, steps: Mapping[Spec, int]
 ) -> Iterator[str]:
     """A table of the paper, ours under each printed row, and each row's difference from ours."""
     table = published(ablation)
@@ -59,15 +59,15 @@ def lines(
         spec = spec_of(changed)
         printed = [table.rows[label][columns[value]].text for value in cases.COLUMNS]
         yield cases.row(f"{label} (printed)", printed)
-        ours = [cases.shown(cases.means(found[spec], infos, value)) for value in cases.COLUMNS]
-        yield cases.row(f"{label}, {steps[spec]} steps", ours)
+        values = [cases.shown(cases.means(results[spec], infos, value)) for value in cases.COLUMNS]
+        yield cases.row(f"{label}, {steps[spec]} steps", values)
     yield from ("", "Difference from `smrm` as it is (with L_rot, 30 frames), case by case:", "")
     yield from cases.heading("row")
-    base = found[Spec("smrm")]
+    base = results[Spec("smrm")]
     for label, changed in ablation.rows.items():
         if (spec := spec_of(changed)) != Spec("smrm"):
             apart = [
-                cases.mean([found[spec][i.id][value] - base[i.id][value] for i in infos], infos)
+                cases.mean([results[spec][i.id][value] - base[i.id][value] for i in infos], infos)
                 for value in cases.COLUMNS
             ]
             yield cases.row(label, [cases.shown(one) for one in apart])
@@ -87,28 +87,28 @@ def main() -> None:
     parser.add_argument("--skr", default="puppets", metavar="WEIGHTS", help="of SKR, shipped or a path")
     parser.add_argument("--skin", default="puppets", metavar="WEIGHTS", help="of SKIN, shipped or a path")
     parser.add_argument("--out", type=Path, default=Path("runs/correspondence_free"), metavar="DIR")
-    given = parser.parse_args()
+    options = parser.parse_args()
     torch.set_num_threads(1)
     ablations: Mapping[str, Ablation] = registry.create("methods", "smrm").ablations
-    given.dataset = given.dataset or [TRAINED]
+    options.dataset = options.dataset or [TRAINED]
     specs = list(dict.fromkeys(spec_of(row) for each in ablations.values() for row in each.rows.values()))
-    steps, found = {}, {}
+    steps, results = {}, {}
     for spec in specs:
-        steps[spec] = train(spec, given.out / spec.slug, given)
+        steps[spec] = train(spec, options.out / spec.slug, options)
     data = plan.data_of(bound.dataset(Spec.parse(TESTED)), cases.TASK)
-    infos = cases.held_out(data, given.clips)
+    infos = cases.held_out(data, options.clips)
     for spec in specs:
-        stages = {"skr": given.skr, "skin": given.skin, "smrm": str(given.out / spec.slug)}
-        whole = registry.canonical("methods", Spec("correspondence_free", stages))
-        file = given.out / "scores" / f"{spec.slug}.jsonl"
-        found[spec] = cases.scored(whole, data, infos, file)
+        stages = {"skr": options.skr, "skin": options.skin, "smrm": str(options.out / spec.slug)}
+        full = registry.canonical("methods", Spec("correspondence_free", stages))
+        file = options.out / "scores" / f"{spec.slug}.jsonl"
+        results[spec] = cases.scored(full, data, infos, file)
     text = [
         "    python benchmarks/correspondence_free_ablations.py "
-        f"--steps {given.steps} {' '.join(f'-d {each!r}' for each in given.dataset)}",
+        f"--steps {options.steps} {' '.join(f'-d {each!r}' for each in options.dataset)}",
         "",
-        f"SMRM was trained for {given.steps} steps for every row, from random weights, "
-        f"on `{'` and `'.join(given.dataset)}`, seed {given.seed}, in {given.precision}; SKR and SKIN are "
-        "the same in all of them. The "
+        f"SMRM was trained for {options.steps} steps for every row, from random weights, "
+        f"on `{'` and `'.join(options.dataset)}`, seed {options.seed}, in {options.precision}; "
+        "SKR and SKIN are the same in all of them. The "
         f"whole pipeline answered points of `{TESTED}`: {cases.size(infos)} that no training has seen. "
         "Metres, and metres per squared frame of 30 per second; means over clips, 95 % intervals over "
         "clips in brackets. One training of each row: how another seed would change it the intervals do "
@@ -116,7 +116,7 @@ def main() -> None:
         "compared, the numbers cannot.",
     ]
     for each in ablations.values():
-        text += lines(each, found, infos, steps)
+        text += lines(each, results, infos, steps)
     cases.write_part(PAGE, "Ablations", text)
     print("\n".join(text))
 

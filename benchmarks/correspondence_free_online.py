@@ -60,19 +60,19 @@ def main() -> None:
     stages = networks(options.views)
     once, online = timed(lambda: OnlineRetargeter(stages, mesh.vertices, mesh.faces))
     online.frame(points[0])
-    taken: dict[str, list[float]] = {"SKR": [], "SMRM": [], "skinning": []}
+    times: dict[str, list[float]] = {"SKR": [], "SMRM": [], "skinning": []}
     for each in points:
         seconds, joints = timed(lambda each=each: stages.skr.joints([each]))
-        taken["SKR"].append(seconds)
+        times["SKR"].append(seconds)
         seconds, moved = timed(lambda joints=joints: online.motion(joints))
-        taken["SMRM"].append(seconds)
-        taken["skinning"].append(timed(lambda moved=moved: online.mesh.skinned(moved))[0])
-    whole = sum(statistics.median(each) for each in taken.values())
+        times["SMRM"].append(seconds)
+        times["skinning"].append(timed(lambda moved=moved: online.mesh.skinned(moved))[0])
+    total = sum(statistics.median(each) for each in times.values())
     print(f"{options.points} points to {len(mesh.vertices)} vertices, torch {torch.__version__}, one core")
-    for name, each in taken.items():
-        mine = statistics.median(each)
-        print(f"{name:10}{1e3 * mine:8.2f} ms a frame{100 * mine / whole:6.0f} %")
-    print(f"{'whole':10}{1e3 * whole:8.2f} ms a frame: {1 / whole:.0f} frames a second")
+    for name, each in times.items():
+        median = statistics.median(each)
+        print(f"{name:10}{1e3 * median:8.2f} ms a frame{100 * median / total:6.0f} %")
+    print(f"{'whole':10}{1e3 * total:8.2f} ms a frame: {1 / total:.0f} frames a second")
     print(f"once for a target (joints and weights): {once:.2f} s")
 
 

@@ -80,18 +80,18 @@ class Revision:
     data: Path | None = None
 
     def bench(self, *words: str | Path, fails: bool = False) -> str:
-        """What a command prints. Raises RuntimeError where it fails, unless it is one that may."""
+        """The output of a command. Raises RuntimeError where it fails, unless it is one that may."""
         command = [str(self.python), "-m", "retarget_bench", *map(str, words)]
         alone = {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(self.tree), "COLUMNS": "100"}
         cache = {"RETARGET_BENCH_CACHE": str(self.scratch.parent / "cache")}
         self.scratch.mkdir(parents=True, exist_ok=True)
-        done = subprocess.run(
+        completed = subprocess.run(
             command, env=os.environ | alone | cache, cwd=self.scratch, capture_output=True, text=True
         )
-        if done.returncode and not fails:
-            said = done.stdout[-2000:] + done.stderr[-2000:]
-            raise RuntimeError(f"{shlex.join(command)} in {self.tree}:\n{said}")
-        return done.stdout + done.stderr * fails
+        if completed.returncode and not fails:
+            output = completed.stdout[-2000:] + completed.stderr[-2000:]
+            raise RuntimeError(f"{shlex.join(command)} in {self.tree}:\n{output}")
+        return completed.stdout + completed.stderr * fails
 
     def run(self, name: str, *words: str | Path, command: tuple[str, ...] = ("run",)) -> Path:
         """A folder of results, computed once."""
@@ -156,13 +156,13 @@ def _task(path: Path) -> str:
 def table(head: tuple[str, ...], text: str, keys: tuple[str, ...]) -> Facts:
     """The cells of a table as CSV; rows are told apart by some columns, and by their order where these
     agree."""
-    seen: dict[tuple[str, ...], int] = {}
+    counts: dict[tuple[str, ...], int] = {}
     for row in csv.DictReader(text.splitlines()):
         key = tuple(row[each] for each in keys)
-        seen[key] = seen.get(key, 0) + 1
+        counts[key] = counts.get(key, 0) + 1
         for column, value in row.items():
             if column not in keys:
-                yield (*head, *key, str(seen[key]), str(column)), value
+                yield (*head, *key, str(counts[key]), str(column)), value
 
 
 def _csv(path: Path) -> Iterator[dict[str, str]]:
@@ -303,14 +303,14 @@ def _tensors(path: Path, prefix: str) -> str:
     data = path.read_bytes()
     size = int.from_bytes(data[:8], "little")
     header: Mapping[str, Any] = json.loads(data[8 : 8 + size])
-    found = [
+    hashes = [
         hashlib.sha256(
             data[8 + size + each["data_offsets"][0] : 8 + size + each["data_offsets"][1]]
         ).hexdigest()
         for name, each in header.items()
         if name.startswith(prefix)
     ]
-    return hashlib.sha256("".join(sorted(found)).encode()).hexdigest()[:16]
+    return hashlib.sha256("".join(sorted(hashes)).encode()).hexdigest()[:16]
 
 
 def retargeted(revision: Revision) -> Facts:
@@ -323,9 +323,9 @@ def retargeted(revision: Revision) -> Facts:
     targets = ("gltf/Xbot.glb", "gltf/Soldier.glb", "cmu_bvh/01_01.bvh", "lafan1/std.bvh")
     folder = revision.scratch / "retargeted"
     folder.mkdir(parents=True, exist_ok=True)
-    found = [_file(revision.data / each) for each in targets]
+    files = [_file(revision.data / each) for each in targets]
     for source in map(_file, (revision.data / each for each in sources)):
-        for target in found:
+        for target in files:
             pair = f"{source.stem} to {target.stem}"
             out, report = folder / f"{pair}{target.suffix}", folder / f"{pair}.json"
             words = ("--target", target, "-o", out, "--report", report, "--quiet", "--overwrite")
@@ -346,31 +346,35 @@ def _file(path: Path) -> Path:
 
 
 def doctor(revision: Revision) -> Facts:
-    """What ``bench doctor`` finds in all files of motion."""
+    """The findings of ``bench doctor`` in all files of motion."""
     assert revision.data is not None
     endings = {".bvh", ".glb", ".gltf", ".amc", ".fbx", ".npz", ".npy", ".vrm"}
     files = sorted(
         p for p in revision.data.rglob("*") if p.suffix.lower() in endings and "oracles" not in p.parts
     )
     for first in range(0, len(files), TOGETHER):
-        told = {str(path.relative_to(revision.data)): 0 for path in files[first : first + TOGETHER]}
+        counts = {str(path.relative_to(revision.data)): 0 for path in files[first : first + TOGETHER]}
         text = _without_paths(
             revision, revision.bench("doctor", *files[first : first + TOGETHER], fails=True)
         )
         name = ""
         for line in text.splitlines():
-            name = line.removeprefix("DATA/") if line.removeprefix("DATA/") in told else name
-            told[name] = told.get(name, 0) + 1
-            yield ("doctor", name, str(told[name])), line.strip()
+            name = line.removeprefix("DATA/") if line.removeprefix("DATA/") in counts else name
+            counts[name] = counts.get(name, 0) + 1
+            yield ("doctor", name, str(counts[name])), line.strip()
 
 
-def _flat(found: Any, head: tuple[str, ...] = ()) -> Facts:
+def _flat(content: Any, head: tuple[str, ...] = ()) -> Facts:
     """The leaves of what a JSON file holds."""
     pairs = (
-        found.items() if isinstance(found, dict) else enumerate(found) if isinstance(found, list) else None
+        content.items()
+        if isinstance(content, dict)
+        else enumerate(content)
+        if isinstance(content, list)
+        else None
     )
     if pairs is None:
-        yield head, json.dumps(found)
+        yield head, json.dumps(content)
         return
     for key, value in pairs:
         yield from _flat(value, (*head, str(key)))

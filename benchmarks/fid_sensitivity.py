@@ -1,4 +1,4 @@
-"""What the shipped feature networks notice: FID, KID, coverage and density of real motion made worse.
+"""Sensitivity of the shipped feature networks: FID, KID, coverage and density of degraded motion.
 
 Either half of the performances against real motion of the other half, averaged, per structure. As many
 windows as FID asks for need some 160 performances. With ``--people``: FID of people, of the references of
@@ -32,22 +32,22 @@ def main() -> None:
     parser.add_argument("--structure", action="append", help="may be repeated; all by default")
     parser.add_argument("--people", action="store_true", help="FID of people instead")
     parser.add_argument("--takes", type=Path, help="with --people: a folder of BVH files")
-    given = parser.parse_args()
-    if given.people:
-        people(given.takes)
+    options = parser.parse_args()
+    if options.people:
+        people(options.takes)
         return
     puppets = registry.create("datasets", "puppets[size=default]")
     print("| structure | harm | amount | n | FID | KID | coverage | density |")
     print("|---|---|---|---|---|---|---|---|")
-    for structure in given.structure or sorted(path.stem for path in SHIPPED.glob("*.json")):
-        study = Study(puppets, structure, given.performances)
+    for structure in options.structure or sorted(path.stem for path in SHIPPED.glob("*.json")):
+        study = Study(puppets, structure, options.performances)
         rows = [("none: the floor", None, 0.0)]
         rows += [(name, harm, amount) for name, (harm, amounts) in ALL.items() for amount in amounts]
         for name, harm, amount in tqdm(rows, desc=structure, leave=False, disable=None):
-            seen = study.notice(harm, amount)
+            effect = study.notice(harm, amount)
             print(
-                f"| {structure} | {name} | {amount:g} | {seen.n} | {seen.fid:.1f} | "
-                f"{seen.kid:.3f} | {seen.coverage:.3f} | {seen.density:.2f} |",
+                f"| {structure} | {name} | {amount:g} | {effect.n} | {effect.fid:.1f} | "
+                f"{effect.kid:.3f} | {effect.coverage:.3f} | {effect.density:.2f} |",
                 flush=True,
             )
 
@@ -72,8 +72,8 @@ def _of_the_main_job() -> Iterator[tuple[str, Crowd]]:
     cast = puppets.characters()
     for split in ("intra", "cross"):
         infos = puppets.cases("retarget", split)
-        wanted = {info.clip: info for info in infos if not cast[info.target].four_legged}
-        yield split, Crowd({clip: seen(puppets.load(info).reference) for clip, info in wanted.items()})
+        by_clip = {info.clip: info for info in infos if not cast[info.target].four_legged}
+        yield split, Crowd({clip: seen(puppets.load(info).reference) for clip, info in by_clip.items()})
 
 
 if __name__ == "__main__":

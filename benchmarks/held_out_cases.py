@@ -49,9 +49,9 @@ def held_out(data: Any, clips: int) -> list[CaseInfo]:
     Clips are spread evenly over the list, and the pairs of bodies over the clips.
     """
     manifest, characters = data.training_manifest(), data.characters()
-    seen = {*manifest["characters"], *manifest.get("validation", ())}
-    fit = {name for name, each in characters.items() if name not in seen and not each.four_legged}
-    found = []
+    trained = {*manifest["characters"], *manifest.get("validation", ())}
+    fit = {name for name, each in characters.items() if name not in trained and not each.four_legged}
+    infos = []
     for split in SPLITS:
         by_clip: dict[str, list[CaseInfo]] = {}
         for info in data.cases(TASK, split):
@@ -59,8 +59,8 @@ def held_out(data: Any, clips: int) -> list[CaseInfo]:
                 by_clip.setdefault(info.clip, []).append(info)
         names = list(by_clip)
         chosen = np.unique(np.linspace(0, len(names) - 1, min(clips, len(names))).round().astype(int))
-        found += [by_clip[names[k]][k % len(by_clip[names[k]])] for k in chosen]
-    return found
+        infos += [by_clip[names[k]][k % len(by_clip[names[k]])] for k in chosen]
+    return infos
 
 
 def scored(spec: Spec, data: Any, infos: Sequence[CaseInfo], file: Path) -> Numbers:
@@ -78,9 +78,9 @@ def scored(spec: Spec, data: Any, infos: Sequence[CaseInfo], file: Path) -> Numb
         outcome = predict(method, case, context_for(method, data, case, seed))
         if outcome.prediction is None:
             raise SystemExit(f"{spec}, {case.info.id}: {outcome.message}")
-        found: dict[str, Any] = score(metrics, case, as_scored(outcome.prediction))
+        scores: dict[str, Any] = score(metrics, case, as_scored(outcome.prediction))
         metres = case.target.height / 100.0
-        return {name: found[name] * (1.0 if name in ACCELERATIONS else metres) for name in COLUMNS}
+        return {name: scores[name] * (1.0 if name in ACCELERATIONS else metres) for name in COLUMNS}
 
     return remembered(str(spec), values, data, infos, file, key)
 
@@ -95,21 +95,21 @@ def remembered(
 ) -> Numbers:
     """The values of every case, from lines of the file that have this key or computed and added there."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    known = {}
+    stored = {}
     for line in file.read_text().splitlines() if file.exists() else []:
         try:
-            said = json.loads(line)
+            entry = json.loads(line)
         except ValueError:  # the run ended while it wrote this line
             continue
-        if said["key"] == key:
-            known[said["case"]] = said["values"]
+        if entry["key"] == key:
+            stored[entry["case"]] = entry["values"]
     for number, info in enumerate(infos, 1):
-        if info.id not in known:
-            known[info.id] = dict(values(data.load(info)))
+        if info.id not in stored:
+            stored[info.id] = dict(values(data.load(info)))
             with file.open("a") as there:
-                there.write("\n" + json.dumps({"key": key, "case": info.id, "values": known[info.id]}))
+                there.write("\n" + json.dumps({"key": key, "case": info.id, "values": stored[info.id]}))
             print(f"{label}: {number} of {len(infos)} cases", flush=True)
-    return {info.id: known[info.id] for info in infos}
+    return {info.id: stored[info.id] for info in infos}
 
 
 def means(numbers: Numbers, infos: Sequence[CaseInfo], value: str) -> Mean:
@@ -118,18 +118,18 @@ def means(numbers: Numbers, infos: Sequence[CaseInfo], value: str) -> Mean:
 
 
 def mean(values: Sequence[float], infos: Sequence[CaseInfo]) -> Mean:
-    """Likewise of one number for each case."""
+    """The mean over clips of one number for each case, with its interval."""
     _, clips = np.unique([info.clip for info in infos], return_inverse=True)
-    (found,) = means_over_clips(np.array([values], dtype=float), clips)
-    assert found is not None
-    return found
+    (result,) = means_over_clips(np.array([values], dtype=float), clips)
+    assert result is not None
+    return result
 
 
-def shown(found: Mean, digits: int = 4) -> str:
+def shown(average: Mean, digits: int = 4) -> str:
     """``0.0512 [0.0490, 0.0533]``."""
-    told = found.interval
-    ends = f" [{told.low:.{digits}f}, {told.high:.{digits}f}]" if told else ""
-    return f"{found.value:.{digits}f}{ends}"
+    interval = average.interval
+    ends = f" [{interval.low:.{digits}f}, {interval.high:.{digits}f}]" if interval else ""
+    return f"{average.value:.{digits}f}{ends}"
 
 
 def row(label: str, cells: Sequence[str]) -> str:
@@ -151,6 +151,8 @@ def write_part(file: Path, title: str, lines: Sequence[str]) -> None:
     """Write the part of a page under a heading of the second level anew; what others wrote stays."""
     text = file.read_text(encoding="utf-8") if file.exists() else "# Correspondence-free retargeting\n"
     head, *parts = text.split("\n## ")
-    kept = {part.partition("\n")[0]: part.partition("\n")[2] for part in parts}
-    kept[title] = "\n" + "\n".join(lines).strip() + "\n"
-    write_text(file, head.rstrip() + "\n" + "".join(f"\n## {name}\n{body}" for name, body in kept.items()))
+    sections = {part.partition("\n")[0]: part.partition("\n")[2] for part in parts}
+    sections[title] = "\n" + "\n".join(lines).strip() + "\n"
+    write_text(
+        file, head.rstrip() + "\n" + "".join(f"\n## {name}\n{body}" for name, body in sections.items())
+    )

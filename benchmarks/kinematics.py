@@ -31,7 +31,7 @@ from retarget_bench.motion.skeleton import Skeleton
 PARENTS = (-1, 0, 1, 2, 3, 4, 3, 6, 7, 8, 3, 10, 11, 12, 0, 14, 15, 16, 0, 18, 19, 20, 17, 21)
 SIZES = ((1, 1), (1, 64), (256, 64))
 """(sequences, frames)."""
-OURS = "retarget_bench"
+OWN = "retarget_bench"
 
 Call = Callable[[], "np.ndarray | torch.Tensor"]
 """Does the work once and returns positions ``(..., joints, 3)``, or the gradient in the angles."""
@@ -76,7 +76,7 @@ def numpy_contenders(skeleton: Skeleton, sequences: int, frames: int) -> dict[st
     _, turned, root = poses(sequences, frames)
     offsets, parents = skeleton.offsets, skeleton.parents
     return {
-        OURS: lambda: kinematics.forward(skeleton, turned, root)[0],
+        OWN: lambda: kinematics.forward(skeleton, turned, root)[0],
         "pymotion fk": lambda: pymotion_numpy.fk(turned, root, offsets, parents)[0],
         "pymotion fk_quat": lambda: pymotion_numpy.fk_quat(turned, root, offsets, parents)[0],
     }
@@ -105,7 +105,7 @@ def torch_contenders(
     theta = angles.flatten(2).flatten(0, 1)[:, order[ball]]
     easy = angles[..., 0].flatten(0, 1)[:, order[single]]
     calls: dict[str, tuple[Callable[..., torch.Tensor], torch.Tensor]] = {
-        OURS: (lambda q, p: kinematics_torch.forward(tree, offsets, q, p)[0], turned),
+        OWN: (lambda q, p: kinematics_torch.forward(tree, offsets, q, p)[0], turned),
         "pymotion fk": (lambda q, p: pymotion_torch.fk(q, p, offsets, skeleton.parents)[0], turned),
         "pymotion fk_quat": (
             lambda q, p: pymotion_torch.fk_quat(q, p, offsets, skeleton.parents)[0],
@@ -146,11 +146,11 @@ def timed_call(
 # -------------------------------------------------------------------------------------------- measuring
 def agree(contenders: dict[str, Call], tolerance: float = 1e-5) -> float:
     """The largest difference to our positions in metres; contenders with an easier question excepted."""
-    ours = torch.as_tensor(contenders[OURS]())
+    own = torch.as_tensor(contenders[OWN]())
     worst = 0.0
     for name, call in contenders.items():
         if "1 hinge" not in name:
-            worst = max(worst, (torch.as_tensor(call()) - ours).abs().max().item())
+            worst = max(worst, (torch.as_tensor(call()) - own).abs().max().item())
     if not worst < tolerance:
         raise SystemExit(f"contenders disagree by {worst:g} m")
     return worst
@@ -182,9 +182,9 @@ def report(title: str, times: dict[str, list[float]], worst: float) -> None:
     print(f"\n{title}   (positions agree to {worst:.1e} m)")
     ratios = {}
     for name, each in times.items():
-        ratios[name] = statistics.median(a / b for a, b in zip(each, times[OURS], strict=True))
+        ratios[name] = statistics.median(a / b for a, b in zip(each, times[OWN], strict=True))
         print(f"  {name:38}{statistics.median(each) * 1e6:12.0f} us  {ratios[name]:8.2f} x ours")
-    del ratios[OURS]
+    del ratios[OWN]
     fastest = min(ratios, key=ratios.__getitem__)
     verdict = "at least as fast" if ratios[fastest] >= 1 else "SLOWER"
     print(f"  fastest peer: {fastest}, {ratios[fastest]:.2f} x our time: ours is {verdict}")

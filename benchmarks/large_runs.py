@@ -1,4 +1,4 @@
-"""What runs of up to a million cases cost: the plan, the table, the journal. With made-up answers.
+"""Costs of runs of up to a million cases: the plan, the table, the journal. With made-up answers.
 
     python benchmarks/large_runs.py [--most 1000000] [--methods 10] [-o results/large_runs]
 
@@ -94,16 +94,16 @@ class MadeUp:
 
     def cases(self, task: str, split: str) -> list[CaseInfo]:
         clips = round(self.size**0.5)
-        found = []
+        cases = []
         for number in range(self.size):
             pair, clip = divmod(number, clips)
             one, other = f"body_{pair // (BODIES - 1)}", pair % (BODIES - 1)
             other = f"body_{other + (other >= pair // (BODIES - 1))}"
             name = f"clip_{clip:04}"
-            found.append(
+            cases.append(
                 CaseInfo(f"large_runs/{one}>{other}/{name}", task, split, one, other, name, "walk", 300)
             )
-        return found
+        return cases
 
     def load(self, info: CaseInfo) -> Case:
         raise NotImplementedError
@@ -126,8 +126,8 @@ def units(root: Path, cases: int, methods: int) -> list[EvaluationUnit]:
 
 # --------------------------------------------------------------------------------------------- measures
 def plan(root: Path, cases: int, methods: int) -> str:
-    asked = units(root, cases, methods)
-    shards = [sum(task.answers for task in shard) for shard in cut(dict.fromkeys(asked, ()))]
+    planned = units(root, cases, methods)
+    shards = [sum(task.answers for task in shard) for shard in cut(dict.fromkeys(planned, ()))]
     return f"{sum(shards):,} answers in {len(shards):,} shards"
 
 
@@ -163,13 +163,13 @@ def journalled(root: Path, cases: int, methods: int) -> str:
     values: store.Values = {f"value_{n}": 1 / (n + 3) for n in range(10)}
     journal.open_journal(place, {})
     tenth = max(1, min(cases, 10_000) // 10)
-    taken = []
+    times = []
     start = time.process_time()
     for number in range(cases):
         if number in (tenth, cases - tenth, cases - 1):
-            taken.append(time.process_time() - start)
+            times.append(time.process_time() - start)
         journal.append_journal(place, CaseResult(f"large_runs/a>b/clip_{number}", "ok", values=values))
-    first, last = taken[0] / tenth, (taken[2] - taken[1]) / tenth
+    first, last = times[0] / tenth, (times[2] - times[1]) / tenth
     start = time.process_time()
     assert len(journal.open_journal(place, {})) == cases
     again = time.process_time() - start
@@ -184,10 +184,10 @@ def measured(what: str, root: Path, cases: int, methods: int) -> dict[str, Any]:
     command = [sys.executable, __file__, "--measure", what, "--root", str(root)]
     command += ["--most", str(cases), "--methods", str(methods)]
     start = time.perf_counter()
-    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    completed = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
     seconds = time.perf_counter() - start
-    said = json.loads(done.stdout.splitlines()[-1])
-    row = {"cases": cases, "methods": methods, "what": what, "wall_s": f"{seconds:.2f}"} | said
+    facts = json.loads(completed.stdout.splitlines()[-1])
+    row = {"cases": cases, "methods": methods, "what": what, "wall_s": f"{seconds:.2f}"} | facts
     print(*row.values(), flush=True)
     return row
 
@@ -215,28 +215,28 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path)
     parser.add_argument("--measure", choices=MEASURES, help=argparse.SUPPRESS)
     parser.add_argument("--root", type=Path, default=Path(), help=argparse.SUPPRESS)
-    given = parser.parse_args()
-    if given.measure:
-        note = MEASURES[given.measure](given.root, given.most, given.methods)
+    options = parser.parse_args()
+    if options.measure:
+        note = MEASURES[options.measure](options.root, options.most, options.methods)
         used = resource.getrusage(resource.RUSAGE_SELF)
         spent = f"{used.ru_utime + used.ru_stime:.2f}"
         print(json.dumps({"processor_s": spent, "peak_mb": round(used.ru_maxrss / 1e3), "note": note}))
         return
     rows = []
     cases = 1000
-    while cases <= given.most:
+    while cases <= options.most:
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder)
-            rows += [measured(what, root, cases, given.methods) for what in given.only or MEASURES]
+            rows += [measured(what, root, cases, options.methods) for what in options.only or MEASURES]
         cases *= 10
-    if given.output:
+    if options.output:
         write_csv(
-            given.output.with_suffix(".csv"), FIELDS, ([row[name] for name in FIELDS] for row in rows)
+            options.output.with_suffix(".csv"), FIELDS, ([row[name] for name in FIELDS] for row in rows)
         )
         head = [*ABOUT, "| " + " | ".join(FIELDS) + " |", "|" + "---|" * len(FIELDS)]
         lines = ["| " + " | ".join(str(row[name]) for name in FIELDS) + " |" for row in rows]
         print("\n".join([*head, *lines]))
-        draw(rows, given.output.with_suffix(".png"))
+        draw(rows, options.output.with_suffix(".png"))
 
 
 def draw(rows: Sequence[dict[str, Any]], path: Path) -> None:
@@ -249,9 +249,12 @@ def draw(rows: Sequence[dict[str, Any]], path: Path) -> None:
         (memory_axis, "peak_mb", "peak memory, MB"),
     ):
         for what in dict.fromkeys(row["what"] for row in rows):
-            mine = [row for row in rows if row["what"] == what]
+            points = [row for row in rows if row["what"] == what]
             axis.loglog(
-                [row["cases"] for row in mine], [float(row[name]) for row in mine], marker="o", label=what
+                [row["cases"] for row in points],
+                [float(row[name]) for row in points],
+                marker="o",
+                label=what,
             )
         axis.set(xlabel=f"cases of each of {rows[0]['methods']} methods", title=title)
         axis.grid(alpha=0.3)

@@ -46,7 +46,7 @@ OF_KNOWN_STRUCTURES = (
     *("nkn_cross", "nkn_cross+residual", "nkn_cross+residual+footlock"),
     *("pmnet_cross", "pmnet_cross+residual", "pmnet_cross+residual+footlock"),
 )
-"""They know the structures of their training alone, and are compared on fewer cases."""
+"""Methods that answer on the structures of their training alone, and are compared on fewer cases."""
 BESIDE = ("ik", "copy_rotations", "nkn", "pmnet", STILL)
 LABELS = {
     "mpjpe_h.world": "MPJPE, % of height",
@@ -109,13 +109,13 @@ def comparisons(results: rb.Results, bodies: str) -> Iterator[known.Comparison]:
     for method in results.methods:
         if method in (default, STILL):
             continue
-        for found in results.compare(method, default, MPJPE).found:
-            (one,) = found.differences
+        for comparison in results.compare(method, default, MPJPE).found:
+            (one,) = comparison.differences
             ends = (one.interval.low, one.interval.high) if one.interval else ()
             numbers = [f"{number:.4g}" for number in (one.first, one.second, *ends, one.p)]
             yield known.Comparison(
                 *known.identity(method),
-                *(default, version, bodies, found.split, found.dataset.removesuffix(": people")),
+                *(default, version, bodies, comparison.split, comparison.dataset.removesuffix(": people")),
                 *(str(one.cases), str(one.clips), *numbers[:2], *(numbers[2:-1] or ("", "")), numbers[-1]),
                 better={"first": known.identity(method)[0], "second": default}.get(one.verdict, ""),
             )
@@ -176,22 +176,22 @@ def beside(results: rb.Results) -> Iterator[str]:
     """Lines of Markdown: the methods that know structures of their training alone beside others, all on
     the cases that FEWEST answers. Raises SystemExit where they are not over the same cases."""
     splits, methods = SPLITS["puppets"], (*OF_KNOWN_STRUCTURES, *BESIDE)
-    found: dict[tuple[str, str, str], Any] = {}
+    values: dict[tuple[str, str, str], Any] = {}
     sizes: dict[str, set[int]] = {split: set() for split in splits}
     for method in methods[1:]:
         for split in results.compare(method, FEWEST, list(LABELS)).found:
             for one in split.differences:
-                found[method, split.split, one.value] = one.first
-                found[FEWEST, split.split, one.value] = one.second
+                values[method, split.split, one.value] = one.first
+                values[FEWEST, split.split, one.value] = one.second
                 sizes[split.split].add(one.cases)
     if any(len(counts) != 1 for counts in sizes.values()):
         raise SystemExit(f"methods of known structures answer different cases: {sizes}")
-    told = ", ".join(f"{split} {counts.pop()}" for split, counts in sizes.items())
-    yield from ("", "## On structures that all of training knows", "", f"Cases: {told}.", "")
+    listed = ", ".join(f"{split} {counts.pop()}" for split, counts in sizes.items())
+    yield from ("", "## On structures that all of training knows", "", f"Cases: {listed}.", "")
     yield f"| method | {' | '.join(f'{label}, {split}' for label in LABELS.values() for split in splits)} |"
     yield "|---|" + "---:|" * (len(LABELS) * len(splits))
     for method in methods:
-        shown = " | ".join(f"{found[method, split, value]:.2f}" for value in LABELS for split in splits)
+        shown = " | ".join(f"{values[method, split, value]:.2f}" for value in LABELS for split in splits)
         yield f"| {method.replace('_', chr(92) + '_')} | {shown} |"
 
 
@@ -215,10 +215,10 @@ def curves(cards: dict[str, Any], path: Path) -> None:
     rows = -(-len(cards) // columns)
     figure, panels = plt.subplots(rows, columns, figsize=(12, 2.6 * rows), layout="tight", squeeze=False)
     for panel, (name, card) in zip(panels.flat, cards.items(), strict=False):
-        found = card["validation"]
+        validation = card["validation"]
         for split, colour in zip(("self", "intra", "cross"), palette.COLOURS, strict=False):
-            errors = [each["scores"][split][ALIGNED] for each in found]
-            minutes = [each["seconds"] / 60 for each in found]
+            errors = [each["scores"][split][ALIGNED] for each in validation]
+            minutes = [each["seconds"] / 60 for each in validation]
             panel.plot(minutes, errors, marker=".", label=split, color=colour)
         begun = " (continued)" if card["init"] else ""  # from other weights
         panel.set_title(name.replace("[", "\n[") + begun, fontsize=9)
@@ -239,11 +239,11 @@ def main() -> None:
     parser.add_argument("--mixamo", default="mixamo", metavar="DATASET", help="with its parameters")
     parser.add_argument("--out", default="runs/learned", metavar="DIR", help="folder of results")
     parser.add_argument("--jobs", type=int, metavar="N", help="number of processes")
-    given = parser.parse_args()
-    common = {"metrics": METRICS, "out": given.out, "workers": given.jobs, "timed": False}
+    options = parser.parse_args()
+    common = {"metrics": METRICS, "out": options.out, "workers": options.jobs, "timed": False}
     sets = {
         "puppets": {"dataset": defaults.DATASET},
-        "mixamo": {"dataset": given.mixamo, "root": given.root},
+        "mixamo": {"dataset": options.mixamo, "root": options.root},
     }
     results = {
         name: rb.run(_trained(METHODS), splits=splits, **sets[name], **common)
@@ -259,13 +259,13 @@ def main() -> None:
 def cards() -> dict[str, Any]:
     """Method -> the card of its weights."""
     alone = (name for name in (*METHODS, *OF_KNOWN_STRUCTURES) if "+" not in name)
-    found = {name: getattr(registry.create("methods", name), "weights_card", None) for name in alone}
-    return {name: card for name, card in found.items() if card}
+    cards = {name: getattr(registry.create("methods", name), "weights_card", None) for name in alone}
+    return {name: card for name, card in cards.items() if card}
 
 
 def _trained(methods: Iterable[str]) -> list[str]:
-    made = {name: registry.create("methods", name) for name in methods}
-    return [name for name, each in made.items() if not getattr(each, "untrained", "")]
+    built = {name: registry.create("methods", name) for name in methods}
+    return [name for name, each in built.items() if not getattr(each, "untrained", "")]
 
 
 def built(body: rb.Character) -> tuple[str, str]:
@@ -276,7 +276,7 @@ def built(body: rb.Character) -> tuple[str, str]:
 
 def write(results: dict[str, rb.Results], known_structures: rb.Results) -> None:
     """The files, from results by ``puppets`` and ``mixamo``."""
-    rows = [each for name, found in results.items() for each in comparisons(found, BODIES[name])]
+    rows = [each for name, result in results.items() for each in comparisons(result, BODIES[name])]
     write_csv(known.shipped(), known.FIELDS, [dataclasses.astuple(row) for row in rows])
     bodies = registry.create("datasets", defaults.DATASET).characters().values()
     write_csv(known.shipped("known_bodies.csv"), known.BUILD_FIELDS, map(built, bodies))

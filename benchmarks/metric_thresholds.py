@@ -1,4 +1,4 @@
-"""What the thresholds of the metrics ``contact`` (``LOW``) and ``joint_speed`` (``SLOW``) are chosen by.
+"""The measurements behind the thresholds of ``contact`` (``LOW``) and ``joint_speed`` (``SLOW``).
 
     python benchmarks/metric_thresholds.py
 
@@ -45,14 +45,16 @@ def labels(cases: list[Case], low: float, size: float) -> Iterator[tuple[str, fl
     for case in cases:
         exact = Comparison(case, case.reference).contact_labels
         other = noisy(case, size, random)
-        found = contact_metric.of_reference(Comparison(other, other.reference))
+        predicted = contact_metric.of_reference(Comparison(other, other.reference))
         for column, joint in enumerate(exact.joints.tolist()):
-            mine, true = found.planted[:, found.joints.index(joint)], exact.planted[:, column]
+            claimed, true = predicted.planted[:, predicted.joints.index(joint)], exact.planted[:, column]
             right = true | exact.pivoting[:, column]
-            add = np.array([(mine & true).sum(), true.sum(), (mine & right).sum(), mine.sum()])
+            add = np.array([(claimed & true).sum(), true.sum(), (claimed & right).sum(), claimed.sum()])
             for part in ("", case.target.roles[joint].partition("_")[2]):
                 counts[part] = counts.get(part, 0) + add
-    yield from ((part, hits / true, right / mine) for part, (hits, true, right, mine) in counts.items())
+    yield from (
+        (part, hits / true, right / claimed) for part, (hits, true, right, claimed) in counts.items()
+    )
 
 
 def contacts(cases: list[Case]) -> None:
@@ -78,8 +80,8 @@ def speeds(cases: list[Case]) -> None:
 
 def joints(case: Case) -> list[float]:
     """The excess of every joint of the reference."""
-    found = joint_speed.plugin().compute(Comparison(case, case.reference))
-    return list(found["joint_speed_excess.joint"].values())
+    values = joint_speed.plugin().compute(Comparison(case, case.reference))
+    return list(values["joint_speed_excess.joint"].values())
 
 
 if __name__ == "__main__":

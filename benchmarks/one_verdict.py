@@ -30,18 +30,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("runs", type=Path)
     parser.add_argument("--subsets", type=int, default=1000)
-    given = parser.parse_args()
-    matrices = Selection().parts(result_matrix.result_matrices(store.find_results(given.runs)))
+    options = parser.parse_args()
+    matrices = Selection().parts(result_matrix.result_matrices(store.find_results(options.runs)))
     matrices = [each for each in matrices if each.clips.max() >= statistics.ENOUGH_CLIPS]
-    found, drawn = [], 0
+    problems, drawn = [], 0
     for matrix in matrices:
-        count = -(-given.subsets // len(matrices))
+        count = -(-options.subsets // len(matrices))
         for some in tqdm(subsets(matrix, count, 2), desc=matrix.split):
-            found += contradictions(some, VALUES)
+            problems += contradictions(some, VALUES)
             drawn += 1
         for some in some_methods(matrix, count, 2):
-            found += contradictions(some, OF_SETS)
-    print(f"{len(found)} contradictions in {drawn} subsets of clips", *found, sep="\n")
+            problems += contradictions(some, OF_SETS)
+    print(f"{len(problems)} contradictions in {drawn} subsets of clips", *problems, sep="\n")
 
 
 if __name__ == "__main__":

@@ -41,7 +41,8 @@ PEERS = {
 }
 """Our plug-in -> what papers call it; a star: with networks for each structure, as in PAN's tables."""
 FEW_STRUCTURES = ("nkn_cross", "pmnet_cross", "san")
-"""They know the structures of their training alone: others are shown beside them on the same cases."""
+"""Methods that answer on the structures of their training alone: others are shown beside them on the
+same cases."""
 MPJPE, ALIGNED, RECALL = "mpjpe_h.world", "mpjpe_h.root", "contact_recall"
 METRICS = ("position", "contact")
 SPLITS = {
@@ -53,7 +54,8 @@ SPLITS = {
 
 
 def training(method: str, fold: Path | None = None) -> str:
-    """What shipped weights, or those of a fold's run, cost: minutes of the last run, hours of motion."""
+    """The cost of shipped weights, or of those of a fold's run: minutes of the last run, hours of
+    motion."""
     shipped = PROJECT / "methods" / method / "weights" / "puppets.json"
     if not shipped.exists():
         return "none"
@@ -101,8 +103,8 @@ def table(
 def _cell(row: Any) -> str:
     if row is None or row.value != row.value:
         return "n/a"
-    told = row.low is not None and row.low == row.low
-    return f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if told else "")
+    has_interval = row.low is not None and row.low == row.low
+    return f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if has_interval else "")
 
 
 def plain(label: str) -> str:
@@ -114,23 +116,23 @@ Beside = dict[tuple[str, str], tuple[float, str, int]]
 """Method and split -> MPJPE, how far it is from SAN's, number of cases."""
 
 
-def on_few(results: rb.Results, mine: str = FEW_STRUCTURES[-1]) -> Beside:
-    """Every method on the cases that ``mine`` answered, which the others of few structures answer too."""
-    found: Beside = {}
+def on_few(results: rb.Results, own: str = FEW_STRUCTURES[-1]) -> Beside:
+    """Every method on the cases that ``own`` answered, which the others of few structures answer too."""
+    cells: Beside = {}
     for method in PEERS:
-        for split in results.compare(method, mine, MPJPE).found if method != mine else ():
+        for split in results.compare(method, own, MPJPE).splits if method != own else ():
             (one,) = split.differences
             ends = f" [{one.interval.low:+.2f}, {one.interval.high:+.2f}]" if one.interval else ""
-            found[method, split.split] = one.first, f"{one.first - one.second:+.2f}{ends}", one.cases
-            found[mine, split.split] = one.second, "", one.cases
-    return found
+            cells[method, split.split] = one.first, f"{one.first - one.second:+.2f}{ends}", one.cases
+            cells[own, split.split] = one.second, "", one.cases
+    return cells
 
 
-def beside_few(found: Beside) -> Iterator[str]:
+def beside_few(beside: Beside) -> Iterator[str]:
     """Lines of Markdown."""
     splits = SPLITS["puppets"]
     sizes = "; ".join(
-        f"{split} {' or '.join(str(n) for n in sorted({found[m, split][2] for m in PEERS}))} cases"
+        f"{split} {' or '.join(str(n) for n in sorted({beside[m, split][2] for m in PEERS}))} cases"
         for split in splits
     )
     yield from ("", "## Puppets of the structures that NKN\\*, PMnet\\* and SAN know", "")
@@ -138,7 +140,7 @@ def beside_few(found: Beside) -> Iterator[str]:
     heads = " | ".join(f"{split} | minus SAN" for split in splits)
     yield from ("", f"| method | trained | {heads} |", "|---|---|" + "---:|" * (2 * len(splits)))
     for method, label in PEERS.items():
-        cells = " | ".join(f"{found[method, s][0]:.2f} | {found[method, s][1]}" for s in splits)
+        cells = " | ".join(f"{beside[method, s][0]:.2f} | {beside[method, s][1]}" for s in splits)
         yield f"| {label} | {training(method)} | {cells} |"
 
 
@@ -197,24 +199,27 @@ def main() -> None:
     parser.add_argument("--fold", required=True, metavar="RUNS", type=Path, help="folder of training runs")
     parser.add_argument("--out", default="runs/peers", metavar="DIR", help="folder of results")
     parser.add_argument("--jobs", type=int, metavar="N", help="number of processes")
-    given = parser.parse_args()
-    common = {"metrics": METRICS, "out": given.out, "workers": given.jobs, "timed": False}
+    options = parser.parse_args()
+    common = {"metrics": METRICS, "out": options.out, "workers": options.jobs, "timed": False}
     every = [name for name in PEERS if name not in FEW_STRUCTURES]
     _trained(PEERS)
     with TemporaryDirectory() as temporary:
         sets = {
             "puppets": {"dataset": defaults.DATASET},
-            "mixamo": {"dataset": "mixamo", "root": given.mixamo},
-            "fold": {"dataset": "mixamo[protocol=folds]", "root": given.mixamo},
-            "pairs": {"dataset": "folder", "root": str(paired_folder(Path(given.pairs), Path(temporary)))},
+            "mixamo": {"dataset": "mixamo", "root": options.mixamo},
+            "fold": {"dataset": "mixamo[protocol=folds]", "root": options.mixamo},
+            "pairs": {
+                "dataset": "folder",
+                "root": str(paired_folder(Path(options.pairs), Path(temporary))),
+            },
         }
-        methods = {"fold": [of_fold(name, given.fold) for name in PEERS]}
+        methods = {"fold": [of_fold(name, options.fold) for name in PEERS]}
         results = {
             name: rb.run(methods.get(name, every), splits=splits, **sets[name], **common)
             for name, splits in SPLITS.items()
         }
         few = rb.run(list(PEERS), splits=SPLITS["puppets"], **sets["puppets"], **common)
-    write_text(PROJECT / "results" / "peers.md", text := page(results, few, given.fold))
+    write_text(PROJECT / "results" / "peers.md", text := page(results, few, options.fold))
     print(text)
 
 

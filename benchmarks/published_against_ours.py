@@ -51,15 +51,15 @@ def train(method: str, data: list[str], minutes: float, out: Path) -> None:
     """Train a method up to so many minutes. Raises SystemExit where training ends with an error."""
     folder = run_of(method, out)
     checkpoint = folder / "checkpoint.json"
-    done = json.loads(checkpoint.read_text())["seconds"] / 60 if checkpoint.exists() else 0.0
-    if done >= minutes * 0.99:
+    trained = json.loads(checkpoint.read_text())["seconds"] / 60 if checkpoint.exists() else 0.0
+    if trained >= minutes * 0.99:
         return
-    asked = (
+    arguments = (
         ["--resume"] if checkpoint.exists() else [method, *(f"-d{each}" for each in data), "--jobs", "1"]
     )
-    command = [sys.executable, "-m", "retarget_bench", "train", *asked]
-    given = ["--budget", f"{minutes:g}m", "--out", str(folder)]
-    if subprocess.run([*command, *given], check=False).returncode:
+    command = [sys.executable, "-m", "retarget_bench", "train", *arguments]
+    budget = ["--budget", f"{minutes:g}m", "--out", str(folder)]
+    if subprocess.run([*command, *budget], check=False).returncode:
         raise SystemExit(f"{method}: training ended with an error, see above")
 
 
@@ -71,10 +71,10 @@ def with_weights(method: str, out: Path) -> str:
 
 def curve(method: str, out: Path) -> tuple[list[float], list[float]]:
     """(minutes of training, MPJPE across structures on validation in % of height)"""
-    found = json.loads((run_of(method, out) / "checkpoint.json").read_text())["validation"]
+    validation = json.loads((run_of(method, out) / "checkpoint.json").read_text())["validation"]
     return (
-        [each["seconds"] / 60 for each in found],
-        [each["scores"]["cross"]["mpjpe_h.world"] for each in found],
+        [each["seconds"] / 60 for each in validation],
+        [each["scores"]["cross"]["mpjpe_h.world"] for each in validation],
     )
 
 
@@ -85,11 +85,11 @@ def picture(out: Path, path: Path) -> None:
     )
     for panel, (title, methods) in zip(panels, PAIRS.items(), strict=True):
         for number, method in enumerate(methods):
-            ours = method == methods[-1]
-            label = "ours" if ours else method.partition("variant=")[2].partition(",")[0].rstrip("]")
+            is_own = method == methods[-1]
+            label = "ours" if is_own else method.partition("variant=")[2].partition(",")[0].rstrip("]")
             minutes, errors = curve(method, out)
-            colour = palette.COLOURS[0 if ours else number + 1]
-            panel.plot(minutes, errors, marker=".", label=label, color=colour, lw=2 if ours else 1)
+            colour = palette.COLOURS[0 if is_own else number + 1]
+            panel.plot(minutes, errors, marker=".", label=label, color=colour, lw=2 if is_own else 1)
         panel.set(title=title, xlabel="minutes of training", yscale="log", xlim=(0, None))
         panel.legend(frameon=False)
     panels[0].set_ylabel("MPJPE, % of height (validation, cross)")
@@ -118,21 +118,21 @@ def table(title: str, results: rb.Results, out: Path) -> Iterator[str]:
     yield from ("", f"### {title}", "", f"{'; '.join(sizes.values())}.", "")
     yield f"| method | minutes | steps | {heads} |"
     yield "|---|---:|---:|" + "---:|" * (len(splits) * len(VALUES))
-    labels = dict(zip(results.methods, _asked(), strict=True))
+    labels = dict(zip(results.methods, _methods(), strict=True))
     for label, method in labels.items():
         shown = " | ".join(_cell(cells.get((label, split, value))) for split in splits for value in VALUES)
         yield f"| {method.replace('_', chr(92) + '_')} {facts(method, out)}| {shown} |"
 
 
-def _asked() -> list[str]:
+def _methods() -> list[str]:
     return [*(method for methods in PAIRS.values() for method in methods), *UNTRAINED]
 
 
 def _cell(row: Any) -> str:
     if row is None or row.value != row.value:
         return "n/a"
-    told = row.low is not None and row.low == row.low
-    return f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if told else "")
+    has_interval = row.low is not None and row.low == row.low
+    return f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if has_interval else "")
 
 
 def main() -> None:
@@ -141,29 +141,29 @@ def main() -> None:
     parser.add_argument("-d", "--dataset", action="append", metavar="DATASET", help="to train on")
     parser.add_argument("--root", metavar="DIR", help="folder of Mixamo clips, for a table of them")
     parser.add_argument("--out", type=Path, default=Path("runs/published"), metavar="DIR", help="of runs")
-    given = parser.parse_args()
-    data = given.dataset or ["puppets[size=large,bodies=200]"]
-    trained = _asked()[: -len(UNTRAINED)]
+    options = parser.parse_args()
+    data = options.dataset or ["puppets[size=large,bodies=200]"]
+    trained = _methods()[: -len(UNTRAINED)]
     for method in trained:
-        train(method, data, given.minutes, given.out)
-    asked = [*(with_weights(method, given.out) for method in trained), *UNTRAINED]
+        train(method, data, options.minutes, options.out)
+    methods = [*(with_weights(method, options.out) for method in trained), *UNTRAINED]
     sets: dict[str, dict[str, Any]] = {"Puppets": {"dataset": defaults.DATASET, "splits": SPLITS}}
-    if given.root:
-        sets["Mixamo"] = {"dataset": "mixamo", "root": given.root, "splits": SPLITS[1:]}
+    if options.root:
+        sets["Mixamo"] = {"dataset": "mixamo", "root": options.root, "splits": SPLITS[1:]}
     out = [
         "## As published, against ours",
         "",
         "    python benchmarks/published_against_ours.py --minutes "
-        f"{given.minutes:g} {' '.join(f'-d {each!r}' for each in data)}",
+        f"{options.minutes:g} {' '.join(f'-d {each!r}' for each in data)}",
         "",
         "Every row is trained from random weights on the same motion for the same time on one core. The "
         "last row of a method is our variant; steps depend on what else the machine did. MPJPE in % of "
         "height, 95 % intervals over clips in brackets. Errors on validation over time: `published.png`.",
     ]
     for title, which in sets.items():
-        results = rb.run(asked, metrics=METRICS, out=str(given.out / "results"), timed=False, **which)
-        out += table(title, results, given.out)
-    picture(given.out, PROJECT / "results" / "published.png")
+        results = rb.run(methods, metrics=METRICS, out=str(options.out / "results"), timed=False, **which)
+        out += table(title, results, options.out)
+    picture(options.out, PROJECT / "results" / "published.png")
     path = PROJECT / "results" / "learned.md"
     shipped = path.read_text(encoding="utf-8").partition(f"\n{out[0]}\n")[0]
     write_text(path, shipped + "\n" + (text := "\n".join(out) + "\n"))

@@ -61,11 +61,11 @@ def sizes(large: bool) -> None:
 
 
 def left_out() -> None:
-    found: Counter[tuple[str, str]] = Counter()
+    counts: Counter[tuple[str, str]] = Counter()
     for clip, names in Puppets(size="default").exclusions().items():
-        found.update((clip.rpartition("-")[0], name) for name in names)
+        counts.update((clip.rpartition("-")[0], name) for name in names)
     by_kind = defaultdict(list)
-    for (kind, name), number in sorted(found.items()):
+    for (kind, name), number in sorted(counts.items()):
         by_kind[kind].append(f"{name} {number}" if number > 1 else name)
     for kind, names in by_kind.items():
         print(f"{kind}: {', '.join(names)}")
@@ -103,14 +103,14 @@ def world(comparison: Comparison) -> float:
 
 
 def loss(case: Case, rule: str) -> Row:
-    """What copying by a root rule loses in a case: ids of ``SHOWN``, those that apply."""
+    """The loss of copying by a root rule in a case: ids of ``SHOWN``, those that apply."""
     assert case.alternative is not None
     comparison = copied(case, rule)
-    found = {"mpjpe_h.world": world(comparison), "second": world(Comparison(case, case.alternative))}
+    row = {"mpjpe_h.world": world(comparison), "second": world(Comparison(case, case.alternative))}
     for metric in (ContactSpeed(), Contact(), SelfTouch()):
         values = metric.compute(comparison)
-        found |= {id_: float(values[id_]) for id_ in SHOWN if id_ in values}
-    return found
+        row |= {id_: float(values[id_]) for id_ in SHOWN if id_ in values}
+    return row
 
 
 def best(data: Puppets, infos: Sequence[CaseInfo]) -> tuple[str, list[Row]]:
@@ -125,9 +125,9 @@ def best(data: Puppets, infos: Sequence[CaseInfo]) -> tuple[str, list[Row]]:
 
 
 def mean(rows: Sequence[Row], id_: str) -> float:
-    """Of the cases that have the value; NaN where none has."""
-    known = [row[id_] for row in rows if id_ in row]
-    return float(np.mean(known)) if known else float("nan")
+    """The mean over the cases that have the value; NaN where none has."""
+    values = [row[id_] for row in rows if id_ in row]
+    return float(np.mean(values)) if values else float("nan")
 
 
 def copying(size: str, every: int) -> None:
@@ -135,20 +135,20 @@ def copying(size: str, every: int) -> None:
     infos = [info for split in ("intra", "cross") for info in data.cases("retarget", split)][::every]
     rows: dict[str, list[Row]] = {"all": []}
     for family in families():
-        mine = [info for info in infos if info.kind in family.kinds]
-        rule, found = best(data, mine)
-        print(f"{family.name}: copy_rotations[root_rule={rule}] on {len(mine)} cases of {size}")
-        rows["all"] += found
-        rows[f"all {family.name}"] = found
-        for split in dict.fromkeys(info.split for info in mine):
+        chosen = [info for info in infos if info.kind in family.kinds]
+        rule, copied = best(data, chosen)
+        print(f"{family.name}: copy_rotations[root_rule={rule}] on {len(chosen)} cases of {size}")
+        rows["all"] += copied
+        rows[f"all {family.name}"] = copied
+        for split in dict.fromkeys(info.split for info in chosen):
             rows[f"{family.name}, {split}"] = []
-        for info, row in zip(mine, found, strict=True):
+        for info, row in zip(chosen, copied, strict=True):
             rows[f"{family.name}, {info.split}"].append(row)
             rows.setdefault(info.kind, []).append(row)
     print(f"\n| kind | {' | '.join(SHOWN.values())} |")
     print("|---" * (len(SHOWN) + 1) + "|")
-    for kind, mine in rows.items():
-        means = [mean(mine, id_) for id_ in SHOWN]
+    for kind, chosen in rows.items():
+        means = [mean(chosen, id_) for id_ in SHOWN]
         shown = [f"{value:.2f}" if np.isfinite(value) else "" for value in means]
         print(f"| {kind} | {' | '.join(shown)} |")
 

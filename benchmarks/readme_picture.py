@@ -49,8 +49,10 @@ def drawn() -> Image.Image:
     style = DrawingStyle(PANEL, VIEW)
     picture = Image.new("RGB", (len(scene.figures) * (wide + GAP) - GAP, high + round(2.9 * LETTER)), PAPER)
     pen = ImageDraw.Draw(picture)
-    made = stages(scene, style, [FRAME - 1], PANEL)
-    for number, (figure, colour, stage) in enumerate(zip(scene.figures, colours(scene), made, strict=True)):
+    images = stages(scene, style, [FRAME - 1], PANEL)
+    for number, (figure, colour, stage) in enumerate(
+        zip(scene.figures, colours(scene), images, strict=True)
+    ):
         if stage is None:
             sys.exit(f"{figure.label}: {figure.status}, {figure.message}")
         left, top = number * (wide + GAP), high + 0.4 * LETTER
@@ -64,11 +66,13 @@ def drawn() -> Image.Image:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, default=OUTPUT)
-    asked = parser.parse_args()
-    made = drawn()
-    asked.output.parent.mkdir(parents=True, exist_ok=True)
-    made.save(asked.output, optimize=True)
-    print(f"{asked.output}: {made.width} x {made.height}, {asked.output.stat().st_size / 1000:.0f} kB")
+    options = parser.parse_args()
+    image = drawn()
+    options.output.parent.mkdir(parents=True, exist_ok=True)
+    image.save(options.output, optimize=True)
+    print(
+        f"{options.output}: {image.width} x {image.height}, {options.output.stat().st_size / 1000:.0f} kB"
+    )
 
 
 if __name__ == "__main__":

@@ -89,7 +89,7 @@ LOW = ("left_foot", "right_foot", "left_toe", "right_toe", "left_hand", "right_h
 
 @dataclass(frozen=True)
 class Found:
-    """What was measured of a pair. faults: the names of the bars that it misses, with numbers."""
+    """The measurements of a pair. faults: the names of the bars that it misses, with numbers."""
 
     faults: tuple[str, ...]
     deeper: float = 0.0
@@ -108,7 +108,7 @@ def loaded(path: Path, frames: int) -> rb.Motion:
 
 
 def depth(motion: Motion) -> float:
-    """How far the lowest foot, hand or head ever gets below y = 0, in % of height."""
+    """The greatest depth of a foot, hand or head below y = 0, in % of height."""
     low = motion.character.joints(LOW)
     return float(100 * max(-motion.positions[:, low, 1].min(), 0.0) / motion.character.height)
 
@@ -132,27 +132,27 @@ def away(source: Motion, side: str) -> np.ndarray:
     return np.minimum(nearest, hand[:, 1]) > NEAR * source.character.height
 
 
-def limbs_apart(found: Motion, copied: Motion, source: Motion) -> float:
+def limbs_apart(answer: Motion, copied: Motion, source: Motion) -> float:
     """Degrees between free arms of two motions of one body, in the frame at ``SHARE`` of the worst."""
     worst = 0.0
     for side in ("left", "right"):
         bones = [(f"{side}_arm", f"{side}_forearm"), (f"{side}_forearm", f"{side}_hand")]
         roles = {role for bone in bones for role in bone}
-        if not all(roles <= each.character.joint_of.keys() for each in (found, source)):
+        if not all(roles <= each.character.joint_of.keys() for each in (answer, source)):
             continue
         frames = away(source, side)
         if frames.any():
-            cosines = (directions(found, bones)[frames] * directions(copied, bones)[frames]).sum(axis=-1)
+            cosines = (directions(answer, bones)[frames] * directions(copied, bones)[frames]).sum(axis=-1)
             angles = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))).max(axis=1)
             worst = max(worst, float(np.quantile(angles, SHARE)))
     return worst
 
 
-def sides_kept(found: Motion, source: Motion) -> bool:
+def sides_kept(answer: Motion, source: Motion) -> bool:
     """Whether what is left of the source is left of the answer, nearly always."""
     for pair in ACROSS:
-        if all(role in each.character.joint_of for role in pair for each in (found, source)):
-            one, other = (directions(each, [pair])[:, 0, [0, 2]] for each in (found, source))
+        if all(role in each.character.joint_of for role in pair for each in (answer, source)):
+            one, other = (directions(each, [pair])[:, 0, [0, 2]] for each in (answer, source))
             if np.mean((one * other).sum(axis=-1) > 0.0) < SHARE:
                 return False
     return True
@@ -169,23 +169,23 @@ def measured(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             rb.retarget(source, body, method).save(out)
-            found = rb.load_motion(out, roles=dict(zip(body.skeleton.names, body.roles, strict=True)))
+            answer = rb.load_motion(out, roles=dict(zip(body.skeleton.names, body.roles, strict=True)))
             copied = rb.retarget(source, body, "copy_rotations")
     except BenchError as error:
         return Found((str(error),)), None
-    if found.skeleton.names != body.skeleton.names or not np.isfinite(found.positions).all():
-        return Found(("joints",)), found
+    if answer.skeleton.names != body.skeleton.names or not np.isfinite(answer.positions).all():
+        return Found(("joints",)), answer
     info = CaseInfo("pair", "retarget", "cross", source.character.name, body.name, clip="pair")
-    speeds = JointSpeed().compute(Comparison(Case(info, source, found.character), found))
-    deeper = max(depth(found) - depth(source), 0.0)
-    faster, apart = speeds.get("joint_speed_excess", 1.0), limbs_apart(found, copied, source)
+    speeds = JointSpeed().compute(Comparison(Case(info, source, answer.character), answer))
+    deeper = max(depth(answer) - depth(source), 0.0)
+    faster, apart = speeds.get("joint_speed_excess", 1.0), limbs_apart(answer, copied, source)
     faults = [
         *([f"floor {deeper:.1f} %"] if deeper > DEEP else []),
         *([f"speed {faster:.2f}"] if faster > FAST else []),
         *([f"limbs {apart:.1f}°"] if apart > APART else []),
-        *(["sides"] if not sides_kept(found, source) else []),
+        *(["sides"] if not sides_kept(answer, source) else []),
     ]
-    return Found(tuple(faults), deeper, faster, apart), found
+    return Found(tuple(faults), deeper, faster, apart), answer
 
 
 def pairs(sources: dict[str, rb.Motion], targets: dict[str, rb.Motion]) -> Iterator[tuple[str, str]]:
@@ -196,10 +196,10 @@ def pairs(sources: dict[str, rb.Motion], targets: dict[str, rb.Motion]) -> Itera
                 yield source, target
 
 
-def page(found: dict[tuple[str, str], Found], method: str, frames: int) -> str:
+def page(verdicts: dict[tuple[str, str], Found], method: str, frames: int) -> str:
     """The table: a row a source, a column a target."""
-    right = sum(not each.faults for each in found.values())
-    names = list(dict.fromkeys(target for _, target in found))
+    right = sum(not each.faults for each in verdicts.values())
+    names = list(dict.fromkeys(target for _, target in verdicts))
     lines = [
         "# Retargeting between files of all formats and origins",
         "",
@@ -208,21 +208,23 @@ def page(found: dict[tuple[str, str], Found], method: str, frames: int) -> str:
         f"`bench retarget -m {method}`, the first {frames} frames at 30 per second, by way of files in the "
         "target's format. Its script says what is checked: joints, floor (2 % of height), joint speed (1.5 "
         "times the source's), directions of free arms (3 degrees of copying), left and right. "
-        f"**{right} of {len(found)} pairs** miss none of these; cells name what a pair misses.",
+        f"**{right} of {len(verdicts)} pairs** miss none of these; cells name what a pair misses.",
         "",
         "| source | " + " | ".join(names) + " |",
         "|---|" + "---|" * len(names),
     ]
-    for source in dict.fromkeys(source for source, _ in found):
+    for source in dict.fromkeys(source for source, _ in verdicts):
         cells = [
-            ", ".join(each.faults) or "right" if (each := found.get((source, target))) else ""
+            ", ".join(each.faults) or "right" if (each := verdicts.get((source, target))) else ""
             for target in names
         ]
         lines.append(f"| {source} | " + " | ".join(cells) + " |")
     worst = {
-        "deeper below the floor than the source, % of height": max(each.deeper for each in found.values()),
-        "joint speed over the source's": max(each.faster for each in found.values()),
-        "arms off copied ones, degrees": max(each.apart for each in found.values()),
+        "deeper below the floor than the source, % of height": max(
+            each.deeper for each in verdicts.values()
+        ),
+        "joint speed over the source's": max(each.faster for each in verdicts.values()),
+        "arms off copied ones, degrees": max(each.apart for each in verdicts.values()),
     }
     lines += ["", "Worst of all pairs: " + "; ".join(f"{k} {v:.2f}" for k, v in worst.items()) + ".", ""]
     return "\n".join(lines)
@@ -232,9 +234,9 @@ def sheet(name: str, source: Motion, answers: dict[str, Motion], folder: Path) -
     """Five moments of a source and all that came of it."""
     scene = scene_builder.of_motions([source, *answers.values()], [name, *answers])
     shown = drawing.moments(range(scene.frames), 5)
-    look = drawing.DrawingStyle(size=(1500, 150 * (1 + len(answers))))
+    style = drawing.DrawingStyle(size=(1500, 150 * (1 + len(answers))))
     folder.mkdir(parents=True, exist_ok=True)
-    clips.write_still(folder / f"{name.replace(', ', '-')}.png", drawing.sheet(scene, look, shown))
+    clips.write_still(folder / f"{name.replace(', ', '-')}.png", drawing.sheet(scene, style, shown))
 
 
 def main() -> None:
@@ -243,24 +245,26 @@ def main() -> None:
     parser.add_argument("--method", default="ik")
     parser.add_argument("--frames", type=int, default=240)
     parser.add_argument("--sheets", type=Path)
-    given = parser.parse_args()
-    sources = {name: loaded(given.data / file, given.frames) for name, file in SOURCES.items()}
-    targets = {name: loaded(given.data / file, 1) for name, file in TARGETS.items()}
-    found: dict[tuple[str, str], Found] = {}
+    options = parser.parse_args()
+    sources = {name: loaded(options.data / file, options.frames) for name, file in SOURCES.items()}
+    targets = {name: loaded(options.data / file, 1) for name, file in TARGETS.items()}
+    verdicts: dict[tuple[str, str], Found] = {}
     answers: dict[tuple[str, str], Motion] = {}
-    asked = list(pairs(sources, targets))
+    combinations = list(pairs(sources, targets))
     with tempfile.TemporaryDirectory() as folder, progress_bar("retargeting", "pairs", True) as progress:
-        for number, (source, target) in enumerate(asked, 1):
-            found[source, target], answer = measured(
-                sources[source], targets[target], given.method, Path(folder)
+        for number, (source, target) in enumerate(combinations, 1):
+            verdicts[source, target], answer = measured(
+                sources[source], targets[target], options.method, Path(folder)
             )
-            if answer is not None and given.sheets:
+            if answer is not None and options.sheets:
                 answers[source, target] = answer
-            progress(number, len(asked))
-    write_text(PROJECT / "results" / "retarget_matrix.md", text := page(found, given.method, given.frames))
+            progress(number, len(combinations))
+    write_text(
+        PROJECT / "results" / "retarget_matrix.md", text := page(verdicts, options.method, options.frames)
+    )
     print(text)
-    for name, motion in sources.items() if given.sheets else ():
-        sheet(name, motion, {k[1]: v for k, v in answers.items() if k[0] == name}, given.sheets)
+    for name, motion in sources.items() if options.sheets else ():
+        sheet(name, motion, {k[1]: v for k, v in answers.items() if k[0] == name}, options.sheets)
 
 
 if __name__ == "__main__":

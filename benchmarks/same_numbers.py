@@ -1,4 +1,4 @@
-"""Which numbers differ between two revisions, and whether each difference is named.
+"""The numbers that differ between two revisions, and whether each difference is named.
 
     python benchmarks/same_numbers.py 2a4e1f43 HEAD --quick      a minute
     python benchmarks/same_numbers.py 2a4e1f43 HEAD --data DIR   everything: about an hour
@@ -36,13 +36,13 @@ ROOT = Path(__file__).resolve().parents[1]
 WORK = ROOT / "build" / "same_numbers"
 RENAMED = ROOT / "benchmarks" / "renamed.csv"
 CHANGES = "results/CHANGES.md"
-ASKED = hashlib.sha256(Path(facts.__file__).read_bytes()).hexdigest()[:8]
+FACTS_HASH = hashlib.sha256(Path(facts.__file__).read_bytes()).hexdigest()[:8]
 """Facts that were asked otherwise are asked anew."""
 EXAMPLES = 3
 """Differences written out of each group that is told in one line."""
 SEPARATOR = " / "
 
-Found = Mapping[tuple[str, ...], str]
+Values = Mapping[tuple[str, ...], str]
 
 
 def main() -> int:
@@ -76,11 +76,11 @@ def main() -> int:
         return 2
     unnamed = 0
     for kind, before, after in zip(kinds, *both, strict=True):
-        found = compare(before, after, renames(kind.__name__), patterns(new.tree / CHANGES))
-        unnamed += len(found.unnamed)
-        print(found.text(kind.__name__), flush=True)
-    taken = time.perf_counter() - started
-    print(f"{unnamed or 'no'} unnamed difference{'s' * (unnamed != 1)} ({taken:.0f} s)")
+        comparison = compare(before, after, renames(kind.__name__), patterns(new.tree / CHANGES))
+        unnamed += len(comparison.unnamed)
+        print(comparison.text(kind.__name__), flush=True)
+    seconds = time.perf_counter() - started
+    print(f"{unnamed or 'no'} unnamed difference{'s' * (unnamed != 1)} ({seconds:.0f} s)")
     return int(unnamed > 0)
 
 
@@ -96,8 +96,8 @@ def revision(name: str, data: Path | None) -> Revision:
     if not tree.exists():
         _git("worktree", "prune")
         _git("worktree", "add", "--detach", str(tree), sha)
-    wanted = "".join((tree / each).read_text() for each in ("pyproject.toml", "constraints.txt"))
-    environment = WORK / f"environment-{hashlib.sha256(wanted.encode()).hexdigest()[:12]}"
+    requirements = "".join((tree / each).read_text() for each in ("pyproject.toml", "constraints.txt"))
+    environment = WORK / f"environment-{hashlib.sha256(requirements.encode()).hexdigest()[:12]}"
     subprocess.run(
         ["make", "--quiet", f"VENV={environment}", f"{environment}/installed-test"],
         cwd=tree,
@@ -113,11 +113,11 @@ def _git(*words: str) -> str:
     ).stdout.strip()
 
 
-def collected(revision: Revision, kinds: Sequence[Kind]) -> list[Found]:
+def collected(revision: Revision, kinds: Sequence[Kind]) -> list[Values]:
     """The facts of every kind, from files where they were computed before."""
-    found = []
+    by_kind = []
     for kind in kinds:
-        path = revision.scratch.parent / f"{kind.__name__}-{ASKED}.csv"
+        path = revision.scratch.parent / f"{kind.__name__}-{FACTS_HASH}.csv"
         if not path.exists():
             started = time.perf_counter()
             lines = [(SEPARATOR.join(fact), value) for fact, value in kind(revision)]
@@ -125,13 +125,13 @@ def collected(revision: Revision, kinds: Sequence[Kind]) -> list[Found]:
             with unfinished.open("w", newline="", encoding="utf-8") as file:
                 csv.writer(file).writerows(lines)
             unfinished.replace(path)
-            taken = time.perf_counter() - started
+            seconds = time.perf_counter() - started
             print(
-                f"{revision.tree.parent.name} {kind.__name__}: {taken:.0f} s", file=sys.stderr, flush=True
+                f"{revision.tree.parent.name} {kind.__name__}: {seconds:.0f} s", file=sys.stderr, flush=True
             )
         with path.open(newline="", encoding="utf-8") as file:
-            found.append({tuple(fact.split(SEPARATOR)): value for fact, value in csv.reader(file)})
-    return found
+            by_kind.append({tuple(fact.split(SEPARATOR)): value for fact, value in csv.reader(file)})
+    return by_kind
 
 
 # --------------------------------------------------------------------------------------------------
@@ -163,15 +163,15 @@ class Comparison:
         return "\n".join(lines)
 
 
-def compare(before: Found, after: Found, renamed: Mapping[str, str], named: Sequence[str]) -> Comparison:
+def compare(before: Values, after: Values, renamed: Mapping[str, str], named: Sequence[str]) -> Comparison:
     """Join the facts of two revisions.
 
     renamed: a part of a fact's name -> what it is called now. named: patterns of facts that may differ.
     """
-    result, seen = Comparison(), set()
+    result, matched = Comparison(), set()
     for fact, value in before.items():
         now = tuple(renamed.get(part, part) for part in fact)
-        seen.add(now)
+        matched.add(now)
         if after.get(now) == value:
             result.same += now == fact
             result.renamed += now != fact
@@ -180,12 +180,12 @@ def compare(before: Found, after: Found, renamed: Mapping[str, str], named: Sequ
         difference = (name, value, after.get(now, "(gone)"))
         pattern = next((each for each in named if fnmatch.fnmatchcase(name, each)), None)
         (result.unnamed if pattern is None else result.named[pattern]).append(difference)
-    result.new = len(set(after) - seen)
+    result.new = len(set(after) - matched)
     return result
 
 
 def renames(kind: str) -> dict[str, str]:
-    """What parts of the names of facts of a kind are called now."""
+    """Parts of the names of facts of a kind -> their present names."""
     with RENAMED.open(newline="", encoding="utf-8") as file:
         return {row["old"]: row["new"] for row in csv.DictReader(file) if row["kind"] in ("", kind)}
 

@@ -1,4 +1,4 @@
-"""How often intervals cover the truth, equal methods are told apart, and different ones are not.
+"""Rates at which intervals cover the truth, equal methods are told apart, and different ones are not.
 
     python benchmarks/statistics_calibration.py [--repeats 4000] [--only PART] [--rows RUNS]
 
@@ -52,21 +52,21 @@ def percentile(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return low, high
 
 
-def ours(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def shown_interval(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Ends of the interval that tables show."""
-    found = statistics.mean_intervals(rows)
-    return np.array([each.low for each in found]), np.array([each.high for each in found])
+    intervals = statistics.mean_intervals(rows)
+    return np.array([each.low for each in intervals]), np.array([each.high for each in intervals])
 
 
 def plain_flips(rows: np.ndarray) -> np.ndarray:
     """p-values of sign flips of the sum, not corrected for skew."""
     clips = rows.shape[1]
     signs = statistics._signs(clips, statistics._draws(clips)[0]).astype(float)
-    found = []
+    p_values = []
     for some in np.array_split(rows, max(1, len(rows) // 64)):
         sums = np.abs(signs @ some.T)
-        found.append((sums >= sums[0] * (1 - 1e-9)).mean(axis=0))
-    return np.concatenate(found)
+        p_values.append((sums >= sums[0] * (1 - 1e-9)).mean(axis=0))
+    return np.concatenate(p_values)
 
 
 def agreeing(rows: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -89,13 +89,13 @@ def rates(rows: np.ndarray) -> str:
 
 def coverage(repeats: int) -> Rows:
     """Per kind of interval: per cent that hold the truth."""
-    found: Rows = {"shown in tables": [], "Student's t": [], "percentile bootstrap": []}
+    table: Rows = {"shown in tables": [], "Student's t": [], "percentile bootstrap": []}
     for clips in tqdm(CLIPS, desc="intervals", disable=None):
         (rows,) = errors(np.random.default_rng(clips), repeats, clips, (OWN,))
-        for out, method in zip(found.values(), (ours, student, percentile), strict=True):
+        for out, method in zip(table.values(), (shown_interval, student, percentile), strict=True):
             low, high = method(rows)
             out.append(f"{100 * float(((low <= 1) & (high >= 1)).mean()):.1f}")
-    return found
+    return table
 
 
 def equals(random: np.random.Generator, repeats: int, clips: int) -> Iterator[tuple[str, np.ndarray]]:
@@ -114,17 +114,17 @@ def equals(random: np.random.Generator, repeats: int, clips: int) -> Iterator[tu
 
 def alarms(repeats: int) -> Rows:
     """Per null hypothesis: per cent of equal methods told apart."""
-    found: Rows = {}
+    table: Rows = {}
     for clips in tqdm(CLIPS, desc="false alarms", disable=None):
         for name, rows in equals(np.random.default_rng(100 + clips), repeats, clips):
-            found.setdefault(name, []).append(rates(rows))
-    return found
+            table.setdefault(name, []).append(rates(rows))
+    return table
 
 
 def hidden(repeats: int) -> Rows:
     """One of two equal methods fails on 4 % of all clips: samples without and with a failure."""
-    found: Rows = {"samples without a failure": [], "told apart, of these": [], "of the others": []}
-    found["called better without reserve, of all"] = []
+    table: Rows = {"samples without a failure": [], "told apart, of these": [], "of the others": []}
+    table["called better without reserve, of all"] = []
     for clips in tqdm(CLIPS, desc="hidden failures", disable=None):
         random = np.random.default_rng(300 + clips)
         own, same = errors(random, repeats, clips, (OWN, OWN))
@@ -133,32 +133,32 @@ def hidden(repeats: int) -> Rows:
         p = statistics.sign_flip(own * factors - same)
         free = share(p) if clips >= statistics.CLIPS_FOR_RARE else 0.0
         for out, number in zip(
-            found.values(), (100 * none.mean(), share(p[none]), share(p[~none]), free), strict=True
+            table.values(), (100 * none.mean(), share(p[none]), share(p[~none]), free), strict=True
         ):
             out.append(f"{number:.1f}")
-    return found
+    return table
 
 
 def power(repeats: int) -> Rows:
     """Per alternative: per cent of methods that differ told apart."""
-    found: Rows = {}
+    table: Rows = {}
     for clips in tqdm(CLIPS, desc="power", disable=None):
         random = np.random.default_rng(200 + clips)
         first, second = errors(random, repeats, clips, (OWN, OWN))
         for effect in EFFECTS:
             name = f"errors {100 * (1 - effect):.0f} % smaller"
-            found.setdefault(name, []).append(rates(first - effect * second))
+            table.setdefault(name, []).append(rates(first - effect * second))
         worse = np.where(random.random(first.shape) < 0.1, 5.0, 0.9)
-        found.setdefault("10 % smaller, but 5-fold on 10 % of the clips", []).append(
+        table.setdefault("10 % smaller, but 5-fold on 10 % of the clips", []).append(
             rates(worse * first - second)
         )
-    return found
+    return table
 
 
 def tables(repeats: int) -> Rows:
     """Per cent of tables of ten methods, of equal expectation, in which somebody is told from the best."""
-    found: Rows = {"ten that err alike": [], "five of them three times as bad as the others": []}
-    found["one fails on 4 % of the clips"] = []
+    table: Rows = {"ten that err alike": [], "five of them three times as bad as the others": []}
+    table["one fails on 4 % of the clips"] = []
     for clips in tqdm(CLIPS, desc="tables", disable=None):
         random = np.random.default_rng(400 + clips)
         counts = np.zeros(3)
@@ -170,9 +170,9 @@ def tables(repeats: int) -> Rows:
             )
             among = ((means, METHODS), (scaled, METHODS // 2), (fails, METHODS))
             counts += [_told_apart(each, equal) for each, equal in among]
-        for out, count in zip(found.values(), counts, strict=True):
+        for out, count in zip(table.values(), counts, strict=True):
             out.append(f"{100 * count / repeats:.1f}")
-    return found
+    return table
 
 
 def _told_apart(means: np.ndarray, equal: int) -> bool:
@@ -184,7 +184,7 @@ def _told_apart(means: np.ndarray, equal: int) -> bool:
 def real(root: Path, repeats: int) -> list[tuple[str, list[float]]]:
     """Per split and value of real results: per cent of tables of clips drawn with replacement in which
     somebody is told from the best, after every method's numbers are shifted to one mean."""
-    found = []
+    lines = []
     for each in result_matrix.result_matrices(store.find_results(root)):
         if each.split == "self" or len(each.rows) < 2:
             continue
@@ -197,12 +197,14 @@ def real(root: Path, repeats: int) -> list[tuple[str, list[float]]]:
             means = statistics.per_clip(numbers[:, there], each.clips[there])
             means = means[means.std(axis=1) > 1e-6]
             centred = means - means.mean(axis=1, keepdims=True)
-            told = []
+            shares = []
             for clips in REAL_CLIPS:
                 drawn = np.random.default_rng(clips).integers(0, centred.shape[1], (repeats, clips))
-                told.append(100 * float(np.mean([_told_apart(centred[:, at], len(means)) for at in drawn])))
-            found.append((f"{each.split} {value}, {len(means)} methods", told))
-    return found
+                shares.append(
+                    100 * float(np.mean([_told_apart(centred[:, at], len(means)) for at in drawn]))
+                )
+            lines.append((f"{each.split} {value}, {len(means)} methods", shares))
+    return lines
 
 
 PARTS: dict[str, tuple[str, Callable[[int], Rows]]] = {
@@ -225,15 +227,15 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=4000)
     parser.add_argument("--only", choices=PARTS)
     parser.add_argument("--rows", type=Path)
-    given = parser.parse_args()
-    if given.rows:
+    options = parser.parse_args()
+    if options.rows:
         print("tables with somebody told from the best, %: " + ", ".join(f"{n} clips" for n in REAL_CLIPS))
-        for name, told in real(given.rows, given.repeats):
-            print("  " + " ".join(f"{rate:6.1f}" for rate in told) + f"  {name}")
+        for name, shares in real(options.rows, options.repeats):
+            print("  " + " ".join(f"{rate:6.1f}" for rate in shares) + f"  {name}")
         return
     for name, (title, part) in PARTS.items():
-        if given.only in (None, name):
-            show(title, part(given.repeats))
+        if options.only in (None, name):
+            show(title, part(options.repeats))
 
 
 if __name__ == "__main__":

@@ -39,12 +39,12 @@ PARTS = ("Encoder", "Decoder", "SkeletonEncoder", "Autoencoder", "Corrector", "G
 
 
 def stepper(
-    data: TrainingData, method: Any, rows: int, precision: Any, compiled: bool, asked: argparse.Namespace
+    data: TrainingData, method: Any, rows: int, precision: Any, compiled: bool, options: argparse.Namespace
 ) -> Callable[[int], tuple[float, float, float]]:
     """A function of a seed: seconds of one step and of drawing its batch, and the sum of the first phase's
     losses."""
-    config = replace(method.presets[asked.preset], precision=precision)
-    device = torch.device(asked.device)
+    config = replace(method.presets[options.preset], precision=precision)
+    device = torch.device(options.device)
     torch.manual_seed(0)
     module = method.training_module(data, config)
     module.modules.to(device)
@@ -80,55 +80,55 @@ def translate(part: nn.Module) -> None:
             translate(child)
 
 
-def compare(name: str, asked: argparse.Namespace) -> None:
+def compare(name: str, options: argparse.Namespace) -> None:
     spec = Spec.parse(name)
     method: Any = bound.method(spec).built
     collect = gather_pairs if isinstance(method, LearnsFromPairs) else gather
-    fps = method.presets[asked.preset].fps
-    data = collect(Spec.parse(asked.dataset), spec, fps, 1, lambda *_: None)
-    if asked.steps:
-        curves(name, method, data, asked)
+    fps = method.presets[options.preset].fps
+    data = collect(Spec.parse(options.dataset), spec, fps, 1, lambda *_: None)
+    if options.steps:
+        curves(name, method, data, options)
         return
-    if asked.shares:
-        shares(name, method, data, asked)
+    if options.shares:
+        shares(name, method, data, options)
         return
-    print(f"{name}, preset {asked.preset}: windows a second", flush=True)
-    for rows in asked.rows:
-        choices = [(kind, compiled) for compiled in asked.compiled for kind in ("float32", "bfloat16")]
-        steps = {each: stepper(data, method, rows, *each, asked) for each in choices}
+    print(f"{name}, preset {options.preset}: windows a second", flush=True)
+    for rows in options.rows:
+        choices = [(kind, compiled) for compiled in options.compiled for kind in ("float32", "bfloat16")]
+        steps = {each: stepper(data, method, rows, *each, options) for each in choices}
         before = {each: step(0)[0] for each, step in steps.items()}
-        found: dict[Any, list[tuple[float, ...]]] = {each: [] for each in choices}
-        for round_ in range(1, asked.rounds + 1):
+        times: dict[Any, list[tuple[float, ...]]] = {each: [] for each in choices}
+        for round_ in range(1, options.rounds + 1):
             for each, step in steps.items():
-                found[each].append(step(round_))
+                times[each].append(step(round_))
         medians = {
             each: [statistics.median(column) for column in zip(*measured, strict=True)]
-            for each, measured in found.items()
+            for each, measured in times.items()
         }
         base = medians[choices[0]][0]
         for (kind, compiled), (each, drawing, _) in medians.items():
-            told = f", {before[kind, compiled]:.0f} s for the first step" if compiled else ""
+            first_step = f", {before[kind, compiled]:.0f} s for the first step" if compiled else ""
             print(
                 f"  {rows:4d} rows, {kind}{' compiled' * compiled}: {rows / each:8.1f}, "
                 f"{1e3 * each:.0f} ms a step, {base / each:.2f} times the first, "
-                f"drawing {1e3 * drawing:.0f} ms{told}",
+                f"drawing {1e3 * drawing:.0f} ms{first_step}",
                 flush=True,
             )
 
 
-def curves(name: str, method: Any, data: TrainingData, asked: argparse.Namespace) -> None:
+def curves(name: str, method: Any, data: TrainingData, options: argparse.Namespace) -> None:
     """Print mean losses over each quarter of the steps."""
-    rows = asked.rows[0]
-    steps = {kind: stepper(data, method, rows, kind, False, asked) for kind in ("float32", "bfloat16")}
-    losses = np.array([[step(seed)[2] for step in steps.values()] for seed in range(asked.steps)])
+    rows = options.rows[0]
+    steps = {kind: stepper(data, method, rows, kind, False, options) for kind in ("float32", "bfloat16")}
+    losses = np.array([[step(seed)[2] for step in steps.values()] for seed in range(options.steps)])
     for kind, each in zip(steps, losses.T, strict=True):
         quarters = "  ".join(f"{part.mean():.5g}" for part in np.array_split(each, 4))
-        print(f"{name}, {rows} rows, {asked.steps} steps, {kind}: {quarters}", flush=True)
+        print(f"{name}, {rows} rows, {options.steps} steps, {kind}: {quarters}", flush=True)
 
 
-def shares(name: str, method: Any, data: TrainingData, asked: argparse.Namespace) -> None:
+def shares(name: str, method: Any, data: TrainingData, options: argparse.Namespace) -> None:
     """Print which part of a step's processor time is drawing, every phase, and networks' forward passes."""
-    config = method.presets[asked.preset]
+    config = method.presets[options.preset]
     torch.manual_seed(0)
     module = method.training_module(data, config)
     phases = optimiser_phases(module, config, torch.device("cpu"))
@@ -147,24 +147,24 @@ def shares(name: str, method: Any, data: TrainingData, asked: argparse.Namespace
         if type(part).__name__ in (*PARTS, "Discriminator"):
             part.register_forward_pre_hook(before)
             part.register_forward_hook(after)
-    for seed in range(asked.rounds + 1):
+    for seed in range(options.rounds + 1):
         if seed == 1:
             spent.clear()  # the first step is slower
         torch.manual_seed(seed)
         start, memory = clock(), {}
-        batch = to_device(module.draw(np.random.default_rng(seed), asked.rows[0]), torch.device("cpu"))
+        batch = to_device(module.draw(np.random.default_rng(seed), options.rows[0]), torch.device("cpu"))
         spent["drawing"] += clock() - start
         for label, phase in zip(names, phases, strict=True):
             start = clock()
             phase(batch, memory, config.rate_at(seed, 0.0))
             spent[f"phase {label}"] += clock() - start
-    whole = spent["drawing"] + sum(spent[f"phase {label}"] for label in names)
-    print(f"{name}, {asked.rows[0]} rows: {whole / asked.rounds:.2f} s a step")
+    total = spent["drawing"] + sum(spent[f"phase {label}"] for label in names)
+    print(f"{name}, {options.rows[0]} rows: {total / options.rounds:.2f} s a step")
     for label, value in spent.items():
         if label.endswith("calls"):
-            print(f"  {label}: {value / asked.rounds:g} a step")
+            print(f"  {label}: {value / options.rounds:g} a step")
         else:
-            print(f"  {label}: {value / whole:.0%}")
+            print(f"  {label}: {value / total:.0%}")
 
 
 def main() -> None:
@@ -179,12 +179,12 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=0)
     parser.add_argument("--shares", action="store_true")
     parser.add_argument("--compiled", action="store_const", const=(False, True), default=(False,))
-    asked = parser.parse_args()
-    torch.set_num_threads(asked.threads)
+    options = parser.parse_args()
+    torch.set_num_threads(options.threads)
     failed = False
-    for name in asked.methods:
+    for name in options.methods:
         try:
-            compare(name, asked)
+            compare(name, options)
         except (BenchError, RuntimeError) as error:  # out of a GPU's memory, for one; others go on
             failed = True
             print(f"{name}: {error}", flush=True)

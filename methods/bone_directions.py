@@ -56,26 +56,26 @@ class _Pointing:
     def __init__(self, source: Prediction, target: Character) -> None:
         self.target = target
         self.rest = target.reference_places
-        self.seen, self.known = counterparts(source.positions, source.character, target)
+        self.places, self.present = counterparts(source.positions, source.character, target)
         at_rest, _ = counterparts(source.character.reference_places[None], source.character, target)
-        self.seen_at_rest = at_rest[0]
-        self.given: np.ndarray | None = None
+        self.rest_places = at_rest[0]
+        self.copied: np.ndarray | None = None
         if isinstance(source, Motion):
-            self.given = transfer.orientations(source, target)
+            self.copied = transfer.orientations(source, target)
             self.twin = transfer.correspondence(source.character, target)
 
     def orientations(self) -> np.ndarray:
         """``(frames, joints, 4)`` relative to the reference pose, parents before children."""
         tree = self.target.skeleton.parents.tolist()
-        out = np.empty((len(self.seen), len(tree), 4))
+        out = np.empty((len(self.places), len(tree), 4))
         for joint, parent in enumerate(tree):
             above = out[:, parent] if parent >= 0 else np.broadcast_to(rotation.identity(), out[:, 0].shape)
-            copied = self.given is not None and self.twin[joint] >= 0
-            start = self.given[:, joint] if self.given is not None and copied else above
+            copied = self.copied is not None and self.twin[joint] >= 0
+            start = self.copied[:, joint] if self.copied is not None and copied else above
             bones = self._bones(joint)
             if len(bones) == 1:
                 out[:, joint] = self._pointed(joint, bones[0], start)
-            elif bones and self.given is None:
+            elif bones and self.copied is None:
                 out[:, joint] = self._fitted(joint, bones, above)
             else:
                 out[:, joint] = start
@@ -83,28 +83,28 @@ class _Pointing:
 
     def _bones(self, joint: int) -> list[int]:
         """The next joints below this one that the source knows, past those without a meaning."""
-        if not self.known[joint]:
+        if not self.present[joint]:
             return []
-        found, todo = [], list(self.target.skeleton.children[joint])
+        ends, todo = [], list(self.target.skeleton.children[joint])
         while todo:
             below = todo.pop(0)
-            if self.known[below]:
-                found.append(below)
+            if self.present[below]:
+                ends.append(below)
             elif self.target.roles[below] is None:
                 todo += self.target.skeleton.children[below]
-        return found
+        return ends
 
     def _pointed(self, joint: int, end: int, start: np.ndarray) -> np.ndarray:
         """``(frames, 4)``: ``start`` swung until the bone to ``end`` points where the source's does."""
-        bone, role = self.seen[:, end] - self.seen[:, joint], self.target.roles[joint] or ""
-        rest = self.rest if role.endswith(_LONG) else self.seen_at_rest
+        bone, role = self.places[:, end] - self.places[:, joint], self.target.roles[joint] or ""
+        rest = self.rest if role.endswith(_LONG) else self.rest_places
         swing = rotation.between(rotation.rotate(start, rest[end] - rest[joint]), bone)
         turned = rotation.multiply(swing, start)
         hinge = self.target.hinge(role)
         after = self._bones(end)
-        if self.given is not None or hinge is None or len(after) != 1:
+        if self.copied is not None or hinge is None or len(after) != 1:
             return turned
-        normal, share = hinges.bend(bone, self.seen[:, after[0]] - self.seen[:, end])
+        normal, share = hinges.bend(bone, self.places[:, after[0]] - self.places[:, end])
         axis, along = rotation.rotate(turned, hinge), unit(bone)
         axis = axis - along * (axis * along).sum(-1, keepdims=True)
         angle = np.arctan2((np.cross(axis, normal) * along).sum(-1), (axis * normal).sum(-1))
@@ -112,8 +112,8 @@ class _Pointing:
 
     def _fitted(self, joint: int, ends: list[int], above: np.ndarray) -> np.ndarray:
         """``(frames, 4)`` best turn of the source's bones from its reference pose."""
-        now = unit(self.seen[:, ends] - self.seen[:, joint, None])
-        then = unit(self.seen_at_rest[ends] - self.seen_at_rest[joint])
+        now = unit(self.places[:, ends] - self.places[:, joint, None])
+        then = unit(self.rest_places[ends] - self.rest_places[joint])
         return wahba(now, then, above, _FROM_PARENT)
 
 
@@ -124,20 +124,20 @@ def counterparts(places: np.ndarray, source: Character, target: Character) -> tu
     along their length.
     """
     out = np.zeros((len(places), len(target.skeleton), 3))
-    known = np.zeros(len(target.skeleton), dtype=bool)
+    present = np.zeros(len(target.skeleton), dtype=bool)
     for role, joint in target.joint_of.items():
         if role in source.joint_of:
-            out[:, joint], known[joint] = places[:, source.joint_of[role]], True
-    for theirs, ours in zip(_lines(source), _lines(target), strict=True):
-        if len(theirs) < 2 or len(ours) < 2 or len(theirs) == len(ours):
+            out[:, joint], present[joint] = places[:, source.joint_of[role]], True
+    for source_line, target_line in zip(_lines(source), _lines(target), strict=True):
+        if len(source_line) < 2 or len(target_line) < 2 or len(source_line) == len(target_line):
             continue
-        at, marks = _shares(source, theirs), _shares(target, ours)
-        for share, joint in zip(marks[1:-1], ours[1:-1], strict=True):
+        at, marks = _shares(source, source_line), _shares(target, target_line)
+        for share, joint in zip(marks[1:-1], target_line[1:-1], strict=True):
             low = min(int(np.searchsorted(at, share, side="right")) - 1, len(at) - 2)
             part = (share - at[low]) / max(at[low + 1] - at[low], 1e-12)
-            first, second = places[:, theirs[low]], places[:, theirs[low + 1]]
-            out[:, joint], known[joint] = first + part * (second - first), True
-    return out, known
+            first, second = places[:, source_line[low]], places[:, source_line[low + 1]]
+            out[:, joint], present[joint] = first + part * (second - first), True
+    return out, present
 
 
 def _lines(body: Character) -> list[list[int]]:

@@ -59,24 +59,24 @@ class External:
             folder = Path(name)
             _write_questions(folder, sources, targets, contexts)
             self._run(folder)
-            asked = enumerate(zip(sources, targets, strict=True))
-            return [_answer(folder, number, *each) for number, each in asked]
+            pairs = enumerate(zip(sources, targets, strict=True))
+            return [_answer(folder, number, *each) for number, each in pairs]
 
     def _run(self, folder: Path) -> None:
         command = [*self.command, str(folder)]
         try:
-            done = subprocess.run(
+            completed = subprocess.run(
                 command, cwd=folder, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, check=False
             )
         except OSError as error:
             raise BenchError(f"the program cannot be started ({error.strerror})") from error
-        said = done.stderr.decode(errors="replace")
-        sys.stderr.write(said)
-        if done.returncode:
+        output = completed.stderr.decode(errors="replace")
+        sys.stderr.write(output)
+        if completed.returncode:
             last = next(
-                (line.strip() for line in reversed(said.splitlines()) if line.strip()), "no message"
+                (line.strip() for line in reversed(output.splitlines()) if line.strip()), "no message"
             )
-            raise BenchError(f"the program ended with exit code {done.returncode}: {last}")
+            raise BenchError(f"the program ended with exit code {completed.returncode}: {last}")
 
 
 def _write_questions(

@@ -25,7 +25,7 @@ class LinearJoints(completion.Completer):
             raise BenchError(f"linear_joints: ridge is above 0 and at most 1e6; got {ridge:g}")
         if poses < 1:
             raise BenchError(f"linear_joints: poses is one or more; got {poses}")
-        super().__init__(lambda known: regression(known, ridge), poses)
+        super().__init__(lambda examples: regression(examples, ridge), poses)
         self.card = MethodCard(
             name="linear_joints",
             summary="Missing joints by linear regression on the training poses, given joints kept",
@@ -40,19 +40,19 @@ class LinearJoints(completion.Completer):
         )
 
 
-def regression(known: completion.Known, ridge: float) -> completion.Fitted:
+def regression(examples: completion.Examples, ridge: float) -> completion.Fitted:
     """The linear map, with a constant, of least squared error and a penalty on its weights (see above)."""
-    inputs = known.seen.reshape(len(known.seen), -1)
-    wanted = known.wanted.reshape(len(known.wanted), -1)
-    middle, mean = inputs.mean(axis=0), wanted.mean(axis=0)
+    inputs = examples.inputs.reshape(len(examples.inputs), -1)
+    outputs = examples.outputs.reshape(len(examples.outputs), -1)
+    middle, mean = inputs.mean(axis=0), outputs.mean(axis=0)
     centred = inputs - middle
     gram = centred.T @ centred
     penalty = ridge * max(float(np.trace(gram)) / len(gram), _NOTHING)
-    weights = np.linalg.solve(gram + penalty * np.eye(len(gram)), centred.T @ (wanted - mean))
+    weights = np.linalg.solve(gram + penalty * np.eye(len(gram)), centred.T @ (outputs - mean))
 
-    def fitted(seen: np.ndarray) -> np.ndarray:
-        answers = (seen.reshape(len(seen), -1) - middle) @ weights + mean
-        return answers.reshape(len(seen), -1, 3)
+    def fitted(new: np.ndarray) -> np.ndarray:
+        answers = (new.reshape(len(new), -1) - middle) @ weights + mean
+        return answers.reshape(len(new), -1, 3)
 
     return fitted
 

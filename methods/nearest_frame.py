@@ -63,8 +63,8 @@ class NearestFrame:
         """Raises NotSupported where the data set has no training motion that the target could copy."""
         album = self._album(target, context.training)
         ratio = scan_path.ratio(source.points, target)
-        found = np.stack([album.nearest(ratio * frame, self.best) for frame in source.points])
-        return target.surface(scan_path.along(found, source.points, ratio), source.fps)
+        poses = np.stack([album.nearest(ratio * frame, self.best) for frame in source.points])
+        return target.surface(scan_path.along(poses, source.points, ratio), source.fps)
 
     def _album(self, target: Character, cast: completion.Cast | None) -> "_Album":
         if cast is not self._cast:  # other motion to choose from
@@ -93,25 +93,25 @@ class _Album:
 
     @classmethod
     def of(cls, cast: completion.Cast | None, target: Character, most: int) -> Self:
-        """Raises NotSupported, also where it cannot be told which way the target faces."""
+        """Raises NotSupported, also where the target has no facing direction."""
         if target.mesh is None or facing.unknown(target):
             raise NotSupported(facing.unknown(target) or f"{target.name} has no mesh to answer with")
         standing = scan_path.standing(target)
         stature, shares = float(np.ptp(standing[:, 1])), _shares(standing, target.mesh.faces)
-        found = []
+        chunks = []
         for motion in completion.copied(cast, target, most):
             turn = facing.facing(motion.positions, target)[:, None]
-            seen = facing.seen(target.mesh.skinned(motion), turn)
-            found.append((seen - _middle(seen, shares)[:, None]).astype(np.float32))
-        vertices = np.concatenate(found)
+            turned = facing.seen(target.mesh.skinned(motion), turn)
+            chunks.append((turned - _middle(turned, shares)[:, None]).astype(np.float32))
+        vertices = np.concatenate(chunks)
         return cls(vertices, stature, np.stack([_described(each, stature) for each in vertices]))
 
     def nearest(self, points: np.ndarray, best: int) -> np.ndarray:
         """``(V, 3)`` metres: the pose, turned, nearest to points ``(points, 3)``."""
         points = points - _middle(points, np.full(len(points), 1.0 / len(points)))
-        asked = np.fft.rfft(_described(points, self.stature))
+        spectrum = np.fft.rfft(_described(points, self.stature))
         # of a pose turned by k steps the numbers are k places on: all turns by one product of spectra
-        each = np.fft.irfft((asked * self._spectra.conj()).sum(axis=1), n=_TURNS)
+        each = np.fft.irfft((spectrum * self._spectra.conj()).sum(axis=1), n=_TURNS)
         off = self._squares[:, None] - 2.0 * each
         order = np.argsort(off, axis=None, kind="stable")[:best]
         tried = [self._turned(*divmod(int(at), _TURNS)) for at in order]
@@ -142,8 +142,8 @@ def _shares(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """``(V,)`` each vertex's share of a surface: a third of every triangle around it."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     areas = np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=-1), 3)
-    found = np.bincount(faces.ravel(), weights=areas, minlength=len(vertices))
-    return np.asarray(found / found.sum())
+    shares = np.bincount(faces.ravel(), weights=areas, minlength=len(vertices))
+    return np.asarray(shares / shares.sum())
 
 
 def _described(points: np.ndarray, stature: float) -> np.ndarray:

@@ -9,7 +9,7 @@ from retarget_bench.motion import completion
 _NEAR = 1e-3
 """Metres: neighbours nearer than this count alike."""
 _ENOUGH = 200
-"""Poses that tell which given joint a missing one is close to."""
+"""Poses that decide which given joint a missing one is close to."""
 
 
 class NearestPose(completion.Completer):
@@ -41,21 +41,21 @@ class NearestPose(completion.Completer):
             },
         )
 
-    def _nearest(self, known: completion.Known) -> completion.Fitted:
+    def _nearest(self, examples: completion.Examples) -> completion.Fitted:
         from scipy.spatial import cKDTree  # type: ignore[import-untyped]
 
-        tree = cKDTree(known.seen.reshape(len(known.seen), -1))
-        count = min(self.neighbours, len(known.seen))
-        few = slice(None, None, max(1, len(known.seen) // _ENOUGH))
-        apart = known.wanted[few, :, None] - known.seen[few, None]
+        tree = cKDTree(examples.inputs.reshape(len(examples.inputs), -1))
+        count = min(self.neighbours, len(examples.inputs))
+        few = slice(None, None, max(1, len(examples.inputs) // _ENOUGH))
+        apart = examples.outputs[few, :, None] - examples.inputs[few, None]
         anchor = np.linalg.norm(apart, axis=-1).mean(axis=0).argmin(axis=1)  # per missing joint
-        steps = known.wanted - known.seen[:, anchor]
+        steps = examples.outputs - examples.inputs[:, anchor]
 
-        def fitted(seen: np.ndarray) -> np.ndarray:
-            far, which = tree.query(seen.reshape(len(seen), -1), k=list(range(1, count + 1)))
+        def fitted(inputs: np.ndarray) -> np.ndarray:
+            far, which = tree.query(inputs.reshape(len(inputs), -1), k=list(range(1, count + 1)))
             weights = 1.0 / np.maximum(far, _NEAR)
             weights /= weights.sum(axis=1, keepdims=True)
-            return np.asarray(seen[:, anchor] + np.einsum("fk,fkjc->fjc", weights, steps[which]))
+            return np.asarray(inputs[:, anchor] + np.einsum("fk,fkjc->fjc", weights, steps[which]))
 
         return fitted
 

@@ -45,8 +45,8 @@ class SavitzkyGolay:
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
         from scipy.signal import savgol_filter  # type: ignore[import-untyped]
 
-        asked = 2 * math.floor(self.window * source.fps / RATE / 2) + 1  # lasts as long at any rate
-        window = min(asked, source.frames - (source.frames + 1) % 2)  # odd
+        frames = 2 * math.floor(self.window * source.fps / RATE / 2) + 1  # lasts as long at any rate
+        window = min(frames, source.frames - (source.frames + 1) % 2)  # odd
         if window <= self.order:  # any such polynomial goes through all frames
             return target.positions(source.positions, source.fps)
         smooth = savgol_filter(source.positions, window, self.order, axis=0, mode="interp")

@@ -9,7 +9,7 @@ from retarget_bench.motion.character import Character, Motion
 
 
 class SkinnedCopy:
-    """What copying rotations gives where a skeleton and exact skinning weights are known.
+    """Copied rotations on a mesh whose skeleton and exact skinning weights are known.
 
     The motion that the source's points were drawn from is privileged: with it nothing has to be estimated
     from points. So the error that is left is that of copying, and what a method of points does worse comes

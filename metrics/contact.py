@@ -35,16 +35,16 @@ STAYS = (
     f"stays: it is at most {STAY:.3g} s, in whole frames, from a frame around which for as long, before "
     f"and after, all places are within {RADIUS:g} h of its own"
 )
-FOUND = f"joint stays at most {LOW:g} h higher than where it, of either side, stays lowest"
-CUT = f"a plant so found ends where it is more than {RADIUS:g} h from where it began"
-PLANT = (
-    "plant: an unbroken run of frames in which a contact joint is labelled planted; distances horizontal"
+LABEL_RULE = f"joint stays at most {LOW:g} h higher than where it, of either side, stays lowest"
+CUT = f"a stance so found ends where it is more than {RADIUS:g} h from where it began"
+STANCE = (
+    "stance: an unbroken run of frames in which a contact joint is labelled planted; distances horizontal"
 )
 LABELS = {
     "reference": "labels: the case's own where the data set has exact ones, else found in the reference: "
-    f"its {FOUND}, and {CUT}",
-    "source": f"labels: found in the source, with its own height and joints matched by role: its {FOUND}, "
-    f"and {CUT}",
+    f"its {LABEL_RULE}, and {CUT}",
+    "source": "labels: found in the source, with its own height and joints matched by role: its "
+    f"{LABEL_RULE}, and {CUT}",
 }
 HEIGHTS = {
     "reference": "",
@@ -73,7 +73,7 @@ def _value(
 ) -> Value:
     """A value against the reference and against the source. In its formula ``{who}`` is the one that the
     answer is compared with, ``{rule}`` the words used, ``{_src}`` the end of ids against the source."""
-    rules = {who: f"{PLANT}; {LABELS[who]}; {STAYS}{HEIGHTS[who]}" for who in LABELS}
+    rules = {who: f"{STANCE}; {LABELS[who]}; {STAYS}{HEIGHTS[who]}" for who in LABELS}
     return Value(
         id_,
         label,
@@ -93,7 +93,7 @@ VALUES = (
         "contact_recall",
         "contact recall",
         "share of the reference's contact frames in which the foot stays in place, too, and as high",
-        "frames kept / frames of all plants; {rule}; kept of a plant: the most frames that "
+        "frames kept / frames of all stances; {rule}; kept of a stance: the most frames that "
         f"lie within {RADIUS:g} h of the place in one of them and have their {OVER}, within "
         f"{LEVEL:g} h of the {{who}}'s in that frame; {JOINTS}",
     ),
@@ -117,7 +117,7 @@ VALUES = (
         "contact_drift",
         "contact drift",
         "horizontal distance that a foot travels while the reference's stays in contact",
-        "100 / h * mean over plants of the largest distance between two places; {rule}",
+        "100 / h * mean over stances of the largest distance between two places; {rule}",
         unit="% of height",
         better="lower",
         tolerance=1e-4,
@@ -126,12 +126,12 @@ VALUES = (
 
 
 @dataclass(frozen=True, eq=False)
-class Wanted:
-    """The contacts asked for, of some joints of the target.
+class ReferenceContacts:
+    """The contacts of the reference or the source, for some joints of the target.
 
     joints: ``(contacts,)`` their indices. over: ``(frames, contacts)`` heights above the ground, in h.
-    stays: ``(frames, contacts)`` bool, whether the one that they are compared with stays.
-    planted, pivoting: likewise, the labels. plants: column, first frame and past-the-last of every plant.
+    stays: ``(frames, contacts)`` bool, whether the one that is compared with stays.
+    planted, pivoting: likewise, the labels. stances: column, first frame and past-the-last of each.
     """
 
     joints: list[int]
@@ -139,7 +139,7 @@ class Wanted:
     stays: np.ndarray
     planted: np.ndarray
     pivoting: np.ndarray
-    plants: list[tuple[int, int, int]]
+    stances: list[tuple[int, int, int]]
 
 
 class Contact:
@@ -158,33 +158,33 @@ class Contact:
     def compute(self, comparison: Comparison) -> Mapping[str, float]:
         """Left out where the target has no feet and where nothing is planted."""
         values: dict[str, float] = {}
-        if (wanted := of_reference(comparison)) is not None and wanted.plants:
-            values |= _agreement(comparison, wanted)
-        if (wanted := of_source(comparison)) is not None and wanted.plants:
-            found = _agreement(comparison, wanted)
-            values |= {against_source(id_): number for id_, number in found.items()}
+        if (labels := of_reference(comparison)) is not None and labels.stances:
+            values |= _agreement(comparison, labels)
+        if (labels := of_source(comparison)) is not None and labels.stances:
+            agreement = _agreement(comparison, labels)
+            values |= {against_source(id_): number for id_, number in agreement.items()}
         return values
 
 
-def _agreement(comparison: Comparison, wanted: Wanted) -> dict[str, float]:
+def _agreement(comparison: Comparison, labels: ReferenceContacts) -> dict[str, float]:
     """Recall and drift, and precision and F1 where there are any contacts."""
-    places = comparison.predicted[:, wanted.joints]
-    mine, over = places / comparison.height, _over(comparison, places) / comparison.height
-    level = np.abs(over - wanted.over) <= LEVEL
-    kept, extents = 0, []
-    for column, first, end in wanted.plants:
-        most, extent = _kept(mine[first:end, column], level[first:end, column])
-        kept += most
+    places = comparison.predicted[:, labels.joints]
+    scaled, over = places / comparison.height, _over(comparison, places) / comparison.height
+    level = np.abs(over - labels.over) <= LEVEL
+    matched, extents = 0, []
+    for column, first, end in labels.stances:
+        most, extent = _stance_scores(scaled[first:end, column], level[first:end, column])
+        matched += most
         extents.append(extent)
-    recall = kept / int(wanted.planted.sum())
+    recall = matched / int(labels.planted.sum())
     values = {"contact_recall": recall, "contact_drift": 100.0 * float(np.mean(extents))}
-    planted = np.where(wanted.planted, wanted.over, -np.inf)
-    highest = _of_like_joints(comparison.target, wanted.joints, planted, np.max)
-    found = _stays(mine, comparison.fps) & (over <= highest + LEVEL)
-    right = wanted.stays & (wanted.over <= highest + LEVEL)
-    if found.any() or right.any():
-        hits = int((found & (wanted.planted | wanted.pivoting | right)).sum())
-        precision = hits / max(int(found.sum()), 1)
+    planted = np.where(labels.planted, labels.over, -np.inf)
+    highest = _of_like_joints(comparison.target, labels.joints, planted, np.max)
+    predicted = _stays(scaled, comparison.fps) & (over <= highest + LEVEL)
+    right = labels.stays & (labels.over <= highest + LEVEL)
+    if predicted.any() or right.any():
+        hits = int((predicted & (labels.planted | labels.pivoting | right)).sum())
+        precision = hits / max(int(predicted.sum()), 1)
         both = recall + precision
         values |= {
             "contact_precision": precision,
@@ -194,7 +194,7 @@ def _agreement(comparison: Comparison, wanted: Wanted) -> dict[str, float]:
 
 
 # --------------------------------------------------------------------------------------------- labels
-def of_reference(comparison: Comparison) -> Wanted | None:
+def of_reference(comparison: Comparison) -> ReferenceContacts | None:
     """The case's own labels, else those found in the reference; None where there are neither."""
     if comparison.expected is None:
         return None
@@ -202,17 +202,17 @@ def of_reference(comparison: Comparison) -> Wanted | None:
         joints = comparison.target.joints(comparison.contact_roles)
         places = comparison.expected[:, joints]
         over = _over(comparison, places) / comparison.height
-        return _found(comparison, joints, places / comparison.height, over)
+        return _labels_of(comparison, joints, places / comparison.height, over)
     if (labels := comparison.contact_labels) is None:
         return None
     places = comparison.expected[:, labels.joints]
     over = _over(comparison, places) / comparison.height
     stays = _stays(places / comparison.height, comparison.fps)
-    plants = [(k, *run) for k, column in enumerate(labels.planted.T) for run in runs(column).tolist()]
-    return Wanted(labels.joints.tolist(), over, stays, labels.planted, labels.pivoting, plants)
+    stances = [(k, *run) for k, column in enumerate(labels.planted.T) for run in runs(column).tolist()]
+    return ReferenceContacts(labels.joints.tolist(), over, stays, labels.planted, labels.pivoting, stances)
 
 
-def of_source(comparison: Comparison) -> Wanted | None:
+def of_source(comparison: Comparison) -> ReferenceContacts | None:
     """The labels found in the source; None where the bodies share no contact joint or the ground is uneven,
     since only the target's is known."""
     source, target, ground = comparison.case.source, comparison.target, comparison.case.ground
@@ -223,20 +223,20 @@ def of_source(comparison: Comparison) -> Wanted | None:
     places = source.positions[:, at_source] / height
     stand = target.standing_places[joints, 1] / comparison.height
     differ = stand - source.character.standing_places[at_source, 1] / height
-    return _found(comparison, joints, places, places[..., 1] - ground.height / height + differ)
+    return _labels_of(comparison, joints, places, places[..., 1] - ground.height / height + differ)
 
 
-def _found(
+def _labels_of(
     comparison: Comparison, joints: list[int], places: np.ndarray, over: np.ndarray
-) -> Wanted | None:
+) -> ReferenceContacts | None:
     """The labels of joints at places ``(frames, contacts, 3)`` and ``over`` the ground, both in heights."""
     if not joints:
         return None
     stays = _stays(places, comparison.fps)
     lowest = _of_like_joints(comparison.target, joints, np.where(stays, over, np.inf), np.min)
     planted = stays & (over <= lowest + LOW)
-    plants = [(k, *run) for k, labels in enumerate(planted.T) for run in _cut(labels, places[:, k])]
-    return Wanted(joints, over, stays, planted, np.zeros_like(planted), plants)
+    stances = [(k, *run) for k, labels in enumerate(planted.T) for run in _cut(labels, places[:, k])]
+    return ReferenceContacts(joints, over, stays, planted, np.zeros_like(planted), stances)
 
 
 def _cut(labels: np.ndarray, places: np.ndarray) -> Iterator[tuple[int, int]]:
@@ -244,8 +244,8 @@ def _cut(labels: np.ndarray, places: np.ndarray) -> Iterator[tuple[int, int]]:
     for first, end in runs(labels).tolist():
         while first < end:
             x, _, z = (places[first:end] - places[first]).T
-            gone = np.flatnonzero(np.hypot(x, z) > RADIUS)
-            last = first + int(gone[0]) if len(gone) else end
+            beyond = np.flatnonzero(np.hypot(x, z) > RADIUS)
+            last = first + int(beyond[0]) if len(beyond) else end
             yield first, last
             first = last
 
@@ -268,9 +268,10 @@ def _over(comparison: Comparison, places: np.ndarray) -> np.ndarray:
     return np.asarray(places[..., 1] - floor)
 
 
-def _kept(places: np.ndarray, level: np.ndarray) -> tuple[int, float]:
-    """Of one plant at places ``(frames, 3)``: the most frames near one of them and at their ``level``
-    ``(frames,)``, and the largest horizontal distance between two places; a block of frames at a time."""
+def _stance_scores(places: np.ndarray, level: np.ndarray) -> tuple[int, float]:
+    """Scores of one stance at places ``(frames, 3)``: the most frames near one of them and at their
+    ``level`` ``(frames,)``, and the largest horizontal distance between two places; a block of frames at
+    a time."""
     (x, _, z), most, extent = places.T, 0, 0.0
     for first in range(0, len(places), _BLOCK):
         block = slice(first, first + _BLOCK)
@@ -293,11 +294,11 @@ def _stays(places: np.ndarray, fps: float) -> np.ndarray:
         near = np.linalg.norm(flat[lag:] - flat[:-lag], axis=-1) <= RADIUS
         centre[:-lag] &= near
         centre[lag:] &= near
-    found = centre.copy()
+    stays = centre.copy()
     for lag in range(1, min(reach, len(flat) - 1) + 1):
-        found[lag:] |= centre[:-lag]
-        found[:-lag] |= centre[lag:]
-    return found
+        stays[lag:] |= centre[:-lag]
+        stays[:-lag] |= centre[lag:]
+    return stays
 
 
 plugin = Contact

@@ -74,9 +74,9 @@ class ContactSpeed:
 
 def agreement(labels: ContactLabels) -> dict[str, float]:
     """Recall, precision and F1 of the labels found, first frame left out; empty without true contacts."""
-    wanted, found = labels.planted[1:], labels.found[1:]
-    true, claimed = int(wanted.sum()), int(found.sum())
-    hits = int((wanted & found).sum())
+    expected, predicted = labels.planted[1:], labels.predicted[1:]
+    true, claimed = int(expected.sum()), int(predicted.sum())
+    hits = int((expected & predicted).sum())
     if true == 0:
         return {}
     return {

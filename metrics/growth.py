@@ -50,11 +50,11 @@ class Growth:
 
     def compute(self, comparison: Comparison) -> Mapping[str, Mapping[str, float]]:
         """Left out without a reference, and for clips shorter than a second."""
-        found = {"growth.world": comparison.distances, "growth.pose": comparison.centred_distances}
+        by_id = {"growth.world": comparison.distances, "growth.pose": comparison.centred_distances}
         scale = 100.0 / comparison.height
         curves = {
             id_: by_second(scale * distances[:, comparison.joints].mean(axis=1), comparison.fps)
-            for id_, distances in found.items()
+            for id_, distances in by_id.items()
             if distances is not None
         }
         return {id_: curve for id_, curve in curves.items() if curve}
@@ -66,10 +66,10 @@ def by_second(numbers: np.ndarray, fps: float) -> dict[str, float]:
     A second that holds no frame's middle (below one frame per second) is left out.
     """
     at = np.floor((np.arange(len(numbers) + 1) + 0.5) / fps).astype(int)
-    whole = int(at[-1])  # where a frame more would be: the seconds before it have all their frames
-    inside = at[:-1] < whole
-    counts = np.bincount(at[:-1][inside], minlength=whole).tolist()
-    totals = np.bincount(at[:-1][inside], numbers[inside], whole).tolist()
+    seconds = int(at[-1])  # where a frame more would be: the seconds before it have all their frames
+    inside = at[:-1] < seconds
+    counts = np.bincount(at[:-1][inside], minlength=seconds).tolist()
+    totals = np.bincount(at[:-1][inside], numbers[inside], seconds).tolist()
     pairs = enumerate(zip(totals, counts, strict=True), 1)
     return {str(second): total / count for second, (total, count) in pairs if count}
 

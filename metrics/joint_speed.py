@@ -28,7 +28,7 @@ FAR = 1.5
 """The ratio from which a frame or a clip counts."""
 
 TOES = ("left_toe", "right_toe")
-"""Recorded motions flip them at thousands of degrees per second where nobody sees it."""
+"""Recorded motions flip them at thousands of degrees per second, invisibly."""
 
 ORDERS = {
     "speed": (
@@ -128,13 +128,16 @@ class JointSpeed:
         source, prediction, target = comparison.case.source, comparison.prediction, comparison.target
         if not isinstance(source, Motion) or not isinstance(prediction, Motion):
             return {}
-        joints, parents, theirs, their_parents = _pairs(source.character, target)
+        joints, parents, source_joints, their_parents = _pairs(source.character, target)
         if not len(joints):
             return {}
         reference, right = comparison.case.reference, None
         if isinstance(reference, Motion):
             right = velocities(reference, joints, parents)
-        own, other = velocities(prediction, joints, parents), velocities(source, theirs, their_parents)
+        own, other = (
+            velocities(prediction, joints, parents),
+            velocities(source, source_joints, their_parents),
+        )
         names = [target.skeleton.names[joint] for joint in joints]
         values = _excess("joint_speed_excess", names, own, other, right, SLOW)
         own, other = (np.diff(each, axis=0) * comparison.fps for each in (own, other))
@@ -189,9 +192,9 @@ def _pairs(source: Character, target: Character) -> tuple[np.ndarray, ...]:
     counterparts, roles = transfer.correspondence(source, target).tolist(), target.roles
     inner: set[int] = set()
     for stem in transfer.CHAINS:
-        ours = chain(roles, stem)
+        target_chain = chain(roles, stem)
         # two bodies share a turn out among different counts as they like; the whole chain's is one turn
-        inner.update(ours[:-1] if len(ours) != len(chain(source.roles, stem)) else ())
+        inner.update(target_chain[:-1] if len(target_chain) != len(chain(source.roles, stem)) else ())
     joints = [
         joint
         for joint in scored_joints(source, target).tolist()
@@ -200,8 +203,8 @@ def _pairs(source: Character, target: Character) -> tuple[np.ndarray, ...]:
     ]
     above = [next((a for a in ancestors(target.skeleton, j) if a in joints), -1) for j in joints]
     both = (joints, above)
-    theirs = ([counterparts[j] if j >= 0 else -1 for j in side] for side in both)
-    return tuple(np.array(side, dtype=int) for side in (*both, *theirs))
+    source_sides = ([counterparts[j] if j >= 0 else -1 for j in side] for side in both)
+    return tuple(np.array(side, dtype=int) for side in (*both, *source_sides))
 
 
 plugin = JointSpeed

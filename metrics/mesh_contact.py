@@ -16,12 +16,12 @@ from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import ground_height
 from retarget_bench.motion.penetration.distances import to_surface, within
-from retarget_bench.motion.penetration.limbs import flesh
+from retarget_bench.motion.penetration.limbs import moved_vertices
 from retarget_bench.motion.roles import HANDS, LIMB_ROLES
 
 NEAR = 0.01
 """Heights: skin that is no farther from other skin touches it, as touching points of ``touch`` do."""
-KEPT = 2 * NEAR
+HELD = 2 * NEAR
 """Heights: up to this distance a contact counts as kept, or as found rightly: none is lost by a hair."""
 RATE = 10.0
 """Frames per second that hands are looked at; grounds are looked at in every frame."""
@@ -75,7 +75,7 @@ class MeshContact:
                 "share of the reference's contacts of hand and body that are kept, at the same place",
                 "1",
                 better="higher",
-                formula=f"share of frames and hands with gap <= {KEPT:g} h; {PLACE}",
+                formula=f"share of frames and hands with gap <= {HELD:g} h; {PLACE}",
             ),
             _contact(
                 "mesh_contact_precision",
@@ -84,7 +84,7 @@ class MeshContact:
                 "1",
                 better="higher",
                 formula="share of the frames and hands in which the prediction touches its body anywhere, "
-                f"in which the reference is at most {KEPT:g} h from doing so; left out where it never "
+                f"in which the reference is at most {HELD:g} h from doing so; left out where it never "
                 f"touches; {TOUCH}",
             ),
             _value(
@@ -115,11 +115,11 @@ class MeshContact:
         """Left out where vertices are not known; of contacts, without roles of hands, feet or arms."""
         if comparison.predicted_vertices is None:
             return {}
-        found = _touches(comparison) | _depths(comparison)
+        values = _touches(comparison) | _depths(comparison)
         gaps = _floating(comparison)
         if gaps.size:
-            found["mesh_floating.mean_h"] = 100.0 * float(gaps.mean()) / comparison.height
-        return found
+            values["mesh_floating.mean_h"] = 100.0 * float(gaps.mean()) / comparison.height
+        return values
 
 
 # ---------------------------------------------------------------------------------------------- ground
@@ -142,15 +142,15 @@ def _depths(comparison: Comparison) -> dict[str, float]:
 def _floating(comparison: Comparison) -> np.ndarray:
     """``(n,)`` metres: heights over the ground of all feet, in the frames in which they should stand."""
     vertices, labels, body = comparison.predicted_vertices, comparison.contact_labels, comparison.target
-    found = [np.zeros(0)]
+    heights = [np.zeros(0)]
     if labels is None or vertices is None or body.mesh is None:
-        return found[0]
+        return heights[0]
     for top, joints in _feet(body, comparison.contact_roles).items():
         stands = labels.planted[:, np.isin(labels.joints, joints)].any(axis=1)
-        sole = flesh(body.mesh, body.skeleton, top)
+        sole = moved_vertices(body.mesh, body.skeleton, top)
         if stands.any() and sole.any():
-            found.append(_above_ground(comparison, vertices[stands][:, sole]).min(axis=1))
-    return np.maximum(np.concatenate(found), 0.0)
+            heights.append(_above_ground(comparison, vertices[stands][:, sole]).min(axis=1))
+    return np.maximum(np.concatenate(heights), 0.0)
 
 
 def _feet(body: Character, roles: Sequence[str]) -> dict[int, list[int]]:
@@ -180,18 +180,18 @@ class Hand:
 @lru_cache(maxsize=256)
 def hands(body: Character) -> tuple[Hand, ...]:
     """The hands of a body with a mesh; fore paws are none."""
-    mesh, found = body.mesh, []
+    mesh, hands = body.mesh, []
     for role in HANDS if mesh is not None and not body.four_legged else ():
         assert mesh is not None
         arm = body.joint_of.get(role.replace("hand", "arm"))
         if arm is None or role not in body.joint_of:
             continue
-        own = flesh(mesh, body.skeleton, body.joint_of[role])
+        own = moved_vertices(mesh, body.skeleton, body.joint_of[role])
         skin = mesh.faces[own[mesh.faces].all(axis=1)]
-        rest = mesh.faces[~flesh(mesh, body.skeleton, arm)[mesh.faces].any(axis=1)]
+        rest = mesh.faces[~moved_vertices(mesh, body.skeleton, arm)[mesh.faces].any(axis=1)]
         if len(skin) and len(rest):
-            found.append(Hand(role, _samples(skin), rest))
-    return tuple(found)
+            hands.append(Hand(role, _samples(skin), rest))
+    return tuple(hands)
 
 
 def _samples(faces: np.ndarray) -> np.ndarray:
@@ -206,8 +206,8 @@ def _samples(faces: np.ndarray) -> np.ndarray:
 
 def _touches(comparison: Comparison) -> dict[str, float]:
     """Values of self-contact; empty without a reference, or without hands."""
-    asked = _asked(comparison)
-    if asked is None:
+    expected = _reference_contacts(comparison)
+    if expected is None:
         return {}
     predicted, values = comparison.predicted_vertices, {}
     assert predicted is not None
@@ -216,25 +216,25 @@ def _touches(comparison: Comparison) -> dict[str, float]:
     gaps = np.array(
         [
             to_surface(by_name[name].points(vertices), vertices, triangles).min()
-            for (name, frame), triangles in asked[0].items()
+            for (name, frame), triangles in expected[0].items()
             for vertices in (predicted[frame],)
         ]
     )
     if gaps.size:
         values["mesh_contact_gap_h"] = 100.0 * float(gaps.mean()) / comparison.height
-        values["mesh_contact_recall"] = float((gaps <= KEPT * comparison.height).mean())
-    found = patches(comparison.target, predicted, NEAR * comparison.height)
-    if found:
-        values["mesh_contact_precision"] = sum(each in asked[1] for each in found) / len(found)
+        values["mesh_contact_recall"] = float((gaps <= HELD * comparison.height).mean())
+    contacts = patches(comparison.target, predicted, NEAR * comparison.height)
+    if contacts:
+        values["mesh_contact_precision"] = sum(each in expected[1] for each in contacts) / len(contacts)
     return values
 
 
 def patches(body: Character, vertices: np.ndarray, limit: float) -> Patches:
-    """Where hands touch the body during a motion of its vertices ``(frames, V, 3)``.
+    """Triangles that hands touch during a motion of its vertices ``(frames, V, 3)``.
 
     limit: metres, the distance up to which they do.
     """
-    found = {}
+    contacts = {}
     for hand in hands(body):
         for frame, places in enumerate(vertices):
             points = hand.points(places)
@@ -245,24 +245,24 @@ def patches(body: Character, vertices: np.ndarray, limit: float) -> Patches:
             _, triangle, metres = within(points, corners[near], limit)
             touched = np.unique(triangle[metres <= limit])
             if len(touched):
-                found[hand.name, frame] = hand.faces[near][touched]
-    return found
+                contacts[hand.name, frame] = hand.faces[near][touched]
+    return contacts
 
 
-_known: WeakKeyDictionary[Prediction, tuple[Patches, Patches]] = WeakKeyDictionary()
+_cache: WeakKeyDictionary[Prediction, tuple[Patches, Patches]] = WeakKeyDictionary()
 """Contacts of references, which all methods are compared with."""
 
 
-def _asked(comparison: Comparison) -> tuple[Patches, Patches] | None:
+def _reference_contacts(comparison: Comparison) -> tuple[Patches, Patches] | None:
     """Contacts of the reference, and those with what is nearly one; None without a reference."""
     reference = comparison.case.reference
     if reference is None or comparison.expected_vertices is None:
         return None
-    if (found := _known.get(reference)) is None:
+    if (cached := _cache.get(reference)) is None:
         vertices = comparison.expected_vertices[:: _step(comparison)]
-        near, kept = (patches(comparison.target, vertices, x * comparison.height) for x in (NEAR, KEPT))
-        found = _known[reference] = near, kept
-    return found
+        near, held = (patches(comparison.target, vertices, x * comparison.height) for x in (NEAR, HELD))
+        cached = _cache[reference] = near, held
+    return cached
 
 
 def _step(comparison: Comparison) -> int:

@@ -88,8 +88,8 @@ def _curves(
     curves: dict[str, dict[str, float]] = {kind + suffix: {} for kind in KINDS}
     recall, precision, f1 = curves.values()
     for limit, label in zip(limits.tolist(), labels, strict=True):
-        found, true = predicted < limit, expected < limit
-        want, claim, both = int(true.sum()), int(found.sum()), int((found & true).sum())
+        positive, true = predicted < limit, expected < limit
+        want, claim, both = int(true.sum()), int(positive.sum()), int((positive & true).sum())
         if want:
             name = f"{label:g}"
             recall[name], precision[name] = both / want, both / claim if claim else 0.0

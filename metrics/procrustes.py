@@ -103,8 +103,8 @@ class Procrustes:
         joints = comparison.joints
         predicted, expected = comparison.predicted[:, joints], comparison.expected[:, joints]
         scale = 100.0 / comparison.height
-        whole = predicted.reshape(1, -1, 3), expected.reshape(1, -1, 3)
-        frames, clip = residuals(predicted, expected), residuals(*whole)
+        as_one = predicted.reshape(1, -1, 3), expected.reshape(1, -1, 3)
+        frames, clip = residuals(predicted, expected), residuals(*as_one)
         values = {
             "pa_mpjpe.rigid": frames[0] * scale,
             "pa_mpjpe.similarity": frames[1] * scale,
@@ -112,7 +112,7 @@ class Procrustes:
             "pa_mpjpe.similarity_clip": clip[1] * scale,
         }
         if comparison.frames > 2:
-            turn = fits(*whole)[0][0]
+            turn = fits(*as_one)[0][0]
             scale = (comparison.fps / RATE) ** 2
             values["pa_acc"] = _acceleration(predicted @ turn.T - expected) * scale
             values["pa_acc.rigid"] = _acceleration(_fitted(predicted, expected) - expected) * scale

@@ -69,9 +69,9 @@ class Restoration:
         names = [comparison.target.skeleton.names[joint] for joint in comparison.joints]
         there = np.array([name in at for name in names])
         if there.any():
-            seen = source.positions[:, [at[name] for name in names if name in at]]
-            wanted = comparison.expected[:, comparison.joints[there]]
-            values["given_cm"] = _centimetres(np.sqrt(squared_length(seen - wanted)))
+            inputs = source.positions[:, [at[name] for name in names if name in at]]
+            expected = comparison.expected[:, comparison.joints[there]]
+            values["given_cm"] = _centimetres(np.sqrt(squared_length(inputs - expected)))
         if there.any() and not there.all():
             values["restored_cm.given"] = _centimetres(distances[:, there])
         if not there.all():

@@ -113,9 +113,9 @@ class Smoothness:
         source, roles = comparison.case.source, comparison.target.roles
         at_source, at_target = comparison.shared([role for j in joints if (role := roles[j]) is not None])
         if at_source and (source_height := float(source.character.height)) > 0:
-            theirs = _sizes(source.positions[:, at_source], fps)
-            found = _ratios(own, at_target, height, theirs, source_height)
-            values |= {against_source(id_): number for id_, number in found.items()}
+            source_sizes = _sizes(source.positions[:, at_source], fps)
+            ratios = _ratios(own, at_target, height, source_sizes, source_height)
+            values |= {against_source(id_): number for id_, number in ratios.items()}
         return values
 
 
@@ -127,12 +127,12 @@ def _ratios(
     other_height: float,
 ) -> dict[str, float]:
     """Ratios of the means over joints, in heights; left out where the other side is still."""
-    found = {}
+    ratios = {}
     for order, size in other.items():
         below = float((size / other_height).mean())
         if below >= STILL:
-            found[f"{NAMES[order]}_ratio"] = float((own[order][joints] / height).mean()) / below
-    return found
+            ratios[f"{NAMES[order]}_ratio"] = float((own[order][joints] / height).mean()) / below
+    return ratios
 
 
 def _sizes(positions: np.ndarray, fps: float) -> dict[int, np.ndarray]:

@@ -66,15 +66,15 @@ class SelfTouch:
 
 def _gaps(motion: Motion, touches: tuple[Touch, ...]) -> np.ndarray:
     """``(touches' frames,)`` metres, one touch after the other."""
-    turned, joint_of, found = relative(motion), motion.character.joint_of, []
+    turned, joint_of, gaps = relative(motion), motion.character.joint_of, []
     for touch in touches:
         ends = []
         for role, at in ((touch.end, touch.point), (touch.bearing, touch.place)):
             joint = joint_of[role]
             turn = turned[touch.rests, joint]
             ends.append(motion.positions[touch.rests, joint] + rotation.rotate(turn, np.asarray(at, float)))
-        found.append(np.linalg.norm(ends[0] - ends[1], axis=-1))
-    return np.concatenate(found)
+        gaps.append(np.linalg.norm(ends[0] - ends[1], axis=-1))
+    return np.concatenate(gaps)
 
 
 plugin = SelfTouch

@@ -143,16 +143,16 @@ def _edge_difference(predicted: np.ndarray, expected: np.ndarray, neighbours: np
     return total / len(predicted)
 
 
-_known: WeakKeyDictionary[Prediction, np.ndarray] = WeakKeyDictionary()
+_cache: WeakKeyDictionary[Prediction, np.ndarray] = WeakKeyDictionary()
 """Neighbours in a reference, which all methods are compared with."""
 
 
 def _neighbours(reference: Prediction, vertices: np.ndarray) -> np.ndarray:
     """``(frames, V, 6)`` the nearest other vertices of every vertex ``(frames, V, 3)``."""
-    if (found := _known.get(reference)) is None:
-        found = np.stack([_nearest(frame) for frame in vertices])
-        _known[reference] = found
-    return found
+    if (neighbours := _cache.get(reference)) is None:
+        neighbours = np.stack([_nearest(frame) for frame in vertices])
+        _cache[reference] = neighbours
+    return neighbours
 
 
 def _nearest(points: np.ndarray) -> np.ndarray:

@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from retarget_bench.python.motions import load_character as load_character
     from retarget_bench.python.motions import load_motion as load_motion
     from retarget_bench.python.motions import retarget as retarget
+    from retarget_bench.python.motions import verdict as verdict
     from retarget_bench.python.results import Results as Results
     from retarget_bench.python.results import load_results as load_results
     from retarget_bench.python.running import run as run
     from retarget_bench.python.scans import retarget_scans as retarget_scans
-    from retarget_bench.python.verdicts import verdict as verdict
     from retarget_bench.python.views import ListFrame
 
 __version__ = "0.1.0"
@@ -46,7 +46,7 @@ _OFFERED = {
     "retarget": "python.motions",
     "retarget_scans": "python.scans",
     "run": "python.running",
-    "verdict": "python.verdicts",
+    "verdict": "python.motions",
 }
 """Name -> the module of this package that has it."""
 _ROOMS = ("methods", "metrics", "datasets")

@@ -11,7 +11,7 @@ from typing import NoReturn
 import click
 
 from retarget_bench import __version__
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
 from retarget_bench.errors import BenchError
 
 COMMANDS = {
@@ -59,9 +59,9 @@ class LazyGroup(click.Group):
         del ctx
         if cmd_name not in COMMANDS:
             return None
-        module, _, name = COMMANDS[cmd_name][0].partition(".")
-        found = importlib.import_module(f"retarget_bench.commands.{module}")
-        command: click.Command = getattr(found, name or "command")
+        path, _, name = COMMANDS[cmd_name][0].partition(".")
+        module = importlib.import_module(f"retarget_bench.commands.{path}")
+        command: click.Command = getattr(module, name or "command")
         return command
 
     def resolve_command(
@@ -114,8 +114,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         error.show()
         sys.exit(error.exit_code)
     except click.Abort:
-        kept = any(name in arguments for name in CONTINUED)
-        hint = " What was finished is kept; the same command continues from there." if kept else ""
+        continues = any(name in arguments for name in CONTINUED)
+        hint = " What was finished is kept; the same command continues from there." if continues else ""
         echo(f"bench: interrupted.{hint}", err=True)
         sys.exit(130)
     except BenchError as error:

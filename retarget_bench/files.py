@@ -12,7 +12,6 @@ import re
 import secrets
 import shutil
 import stat
-import sys
 import tomllib
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -41,40 +40,40 @@ _FORMULA = ("=", "+", "-", "@")
 
 
 def check_ordinary(path: str | Path, most: float = math.inf) -> None:
-    """Raises FileError for what is no ordinary file, which reading could wait for or never end, and for one
-    of more than ``most`` bytes. Where nothing is, whoever opens it says so."""
+    """Raises FileError for anything but an ordinary file, which reading could wait for or never end, and
+    for one of more than ``most`` bytes. A missing file passes: opening it fails."""
     try:
-        found = Path(path).stat()
+        status = Path(path).stat()
     except (OSError, ValueError):
         return
-    if stat.S_ISDIR(found.st_mode):
+    if stat.S_ISDIR(status.st_mode):
         raise FileError(path, "is a folder")
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         kinds = {stat.S_IFIFO: "pipe", stat.S_IFSOCK: "socket"}
-        kind = kinds.get(stat.S_IFMT(found.st_mode), "device")
-        raise FileError(path, f"is no ordinary file but a {kind}: save what it gives to a file")
-    if found.st_size > most:
-        sizes = f"{found.st_size / 1e9:,.4g} GB; files of up to {most / 1e9:.2g} GB are read"
+        kind = kinds.get(stat.S_IFMT(status.st_mode), "device")
+        raise FileError(path, f"is not an ordinary file but a {kind}: save what it gives to a file")
+    if status.st_size > most:
+        sizes = f"{status.st_size / 1e9:,.4g} GB; files of up to {most / 1e9:.2g} GB are read"
         raise FileError(path, f"has {sizes}: cut it into parts, or see whether it is damaged")
 
 
 def read_json(path: Path, most: int = _LARGEST_TEXT) -> Any:
     """The content of a JSON file of at most so many bytes. Raises FileError where it is none, or is nested
-    too deeply for whoever goes through it."""
+    too deeply to be walked."""
     return _content(path, json.loads, "JSON", most)
 
 
 def read_toml(path: Path, most: int = _LARGEST_TEXT) -> dict[str, Any]:
     """The same of a TOML file."""
-    found: dict[str, Any] = _content(path, tomllib.loads, "TOML", most)
-    return found
+    content: dict[str, Any] = _content(path, tomllib.loads, "TOML", most)
+    return content
 
 
 def _content(path: Path, loads: Callable[[str], Any], name: str, most: int) -> Any:
     check_ordinary(path, most)
     try:
-        found = loads(path.read_text(encoding="utf-8"))
-        if nesting(found) > _DEEPEST:
+        content = loads(path.read_text(encoding="utf-8"))
+        if nesting(content) > _DEEPEST:
             raise RecursionError
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror or error})") from error
@@ -82,7 +81,7 @@ def _content(path: Path, loads: Callable[[str], Any], name: str, most: int) -> A
         raise FileError(path, f"is not {name}: {error}") from error
     except RecursionError as error:
         raise FileError(path, f"is not {name} that can be read: it is nested too deeply") from error
-    return found
+    return content
 
 
 def nesting(content: object) -> int:
@@ -115,7 +114,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
 
 
 def sweep(path: Path) -> None:
-    """Remove what killed processes left of ``atomic``, of a file that no other process can be writing."""
+    """Remove temporary files that killed processes left of a file that no other process is writing."""
     for left in path.parent.glob(f".{'[0-9a-f]' * 2 * _DRAWN}.{glob.escape(path.name[-_KEPT:])}"):
         left.unlink(missing_ok=True)
 
@@ -210,7 +209,7 @@ def locked(path: Path, busy: str) -> Iterator[None]:
     """
     from filelock import FileLock, Timeout  # imports asyncio, which most commands do without
 
-    made = [each for each in path.parents if not each.exists()]
+    new_folders = [each for each in path.parents if not each.exists()]
     lock = FileLock(path)
     try:
         try:
@@ -229,23 +228,18 @@ def locked(path: Path, busy: str) -> Iterator[None]:
             lock.release()
     finally:
         with suppress(OSError):  # not empty
-            for each in made:
+            for each in new_folders:
                 each.rmdir()
 
 
 def cache_folder() -> Path:
-    """The folder of parsed motions and generated data between runs.
-
-    ``RETARGET_BENCH_CACHE``, else ``retarget-bench`` in the user's cache folder; on macOS and Windows
-    the one in ``~/.cache`` where an earlier version made it.
-    """
-    if chosen := os.environ.get("RETARGET_BENCH_CACHE"):
-        return Path(chosen)
+    """The folder of parsed motions and generated data between runs: ``RETARGET_BENCH_CACHE``, else
+    ``retarget-bench`` in the user's cache folder."""
+    if folder := os.environ.get("RETARGET_BENCH_CACHE"):
+        return Path(folder)
     from platformdirs import user_cache_path  # not needed by methods in other environments
 
-    earlier = Path.home() / ".cache" / "retarget-bench"
-    usual = user_cache_path("retarget-bench", appauthor=False)
-    return earlier if sys.platform != "linux" and earlier.exists() else usual
+    return user_cache_path("retarget-bench", appauthor=False)
 
 
 @contextmanager

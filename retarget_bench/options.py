@@ -1,17 +1,18 @@
 """Options declared once: a field with its help is an option of a command, an argument in Python and an
 entry of a suite file.
 
-A class of options is an ``OptionSet`` whose fields are made by ``option``. ``commands/declared.py`` makes
-the command's options from it, ``python/arguments.py`` the arguments of a function, ``commands/suite.py``
-the entries of a file. All three build the same object, which checks itself.
+A class of options is an ``OptionSet`` whose fields are made by ``option``. ``commands/options.py`` makes
+the command's options from it, ``python/arguments.py`` the arguments of a function, and ``commands/run.py``
+reads files of them. All build the same object, which checks itself.
 """
 
 from __future__ import annotations
 
 import numbers
+import operator
 import re
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from functools import cache
 from types import UnionType
 from typing import (
@@ -36,18 +37,20 @@ Bodies = Literal["", "people", "four-legged", "mixed", "all"]
 """Groups of cases by their source and target: on two legs, on four, one of each, or all; "": people, where
 there are any."""
 _COMMA = re.compile(r",(?![^\[\]]*\])")
-NUMBERS: dict[Any, type] = {int: numbers.Integral, float: numbers.Real}
+_NUMBERS: dict[Any, type] = {int: numbers.Integral, float: numbers.Real}
 
 
 @dataclass(frozen=True)
 class Option:
-    """What a field says of itself beside its name, type and default.
+    """A field of a class of options.
 
     help:    a sentence. shown: its default in words, where that is not the value itself.
     letter:  its short form in commands. metavar: what stands for its value there.
     at_least, above, below: limits of a number.
     names:   kinds of plug-ins that shells complete it by.
     python:  an option of Python alone.
+    name, kind, default, required: of the field, as Python has them: its annotated type, its default (None
+             where it has none), and whether it must be given.
     """
 
     help: str
@@ -59,64 +62,10 @@ class Option:
     below: float | None = None
     names: tuple[Kind, ...] = ()
     python: bool = False
-
-    @property
-    def range(self) -> str:
-        """The limits of a number, in words."""
-        least = () if self.at_least is None else (f"at least {self.at_least:g}",)
-        above = () if self.above is None else (f"above {self.above:g}",)
-        below = () if self.below is None else (f"below {self.below:g}",)
-        return " and ".join((*least, *above, *below))
-
-    def allows(self, number: float) -> bool:
-        """True for a number within the limits; not for what is no number."""
-        least = number == number if self.at_least is None else number >= self.at_least
-        above = self.above is None or number > self.above
-        return least and above and (self.below is None or number < self.below)
-
-
-def option(
-    help: str,
-    *,
-    default: Any = MISSING,
-    default_factory: Any = MISSING,
-    kw_only: bool = True,
-    **others: Any,
-) -> Any:
-    """A field of a class of options, to be given where it has no default. others: see ``Option``."""
-    told = {"option": Option(help, **others)}
-    return field(default=default, default_factory=default_factory, kw_only=kw_only, metadata=told)
-
-
-@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(option, field))
-class OptionSet:
-    """Base of classes of options: a subclass is a frozen dataclass of keywords, and checks its values.
-
-    Raises BenchError that names the field whose value is of another type, not among its choices, or beyond
-    its limits.
-    """
-
-    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
-
-    def __init_subclass__(cls) -> None:
-        dataclass(frozen=True, kw_only=True)(cls)
-
-    def __post_init__(self) -> None:
-        kind: Any = type(self)
-        for each in declared(kind).values():
-            each.check(getattr(self, each.name))
-
-
-@dataclass(frozen=True)
-class Declared:
-    """A field of a class of options: its name, annotated type, default (None where it has none) and what it
-    says of itself. required: it must be given."""
-
-    name: str
-    kind: Any
-    default: Any
-    option: Option
-    required: bool
+    name: str = ""
+    kind: Any = None
+    default: Any = None
+    required: bool = False
 
     @property
     def several(self) -> bool:
@@ -139,28 +88,67 @@ class Declared:
     def check(self, value: Any) -> None:
         """Raises BenchError for a value that the field cannot have."""
         if self.choices and isinstance(value, str) and value not in self.choices:
-            known = ", ".join(filter(None, self.choices))
-            raise BenchError(f"{self.name}: {value!r} is not known; it is one of {known}")
-        if not fits(value, self.kind):
-            raise BenchError(
-                f"{self.name} is {shown(value)}; it takes {' or '.join(dict.fromkeys(words(self.kind)))}"
-            )
-        if value is not None and self.option.range and not self.option.allows(value):
+            choices = ", ".join(filter(None, self.choices))
+            raise BenchError(f"{self.name}: {value!r} is not known; it is one of {choices}")
+        if problem := misfit(self.name, value, self.kind):
+            raise BenchError(problem)
+        bounds = (
+            ("at least", self.at_least, operator.ge),
+            ("above", self.above, operator.gt),
+            ("below", self.below, operator.lt),
+        )
+        limits = [(words, limit, within) for words, limit, within in bounds if limit is not None]
+        if value is not None and not all(within(value, limit) for _, limit, within in limits):
             number = value if isinstance(value, int) else f"{value:g}"
-            raise BenchError(f"{self.name} is {number}; it must be {self.option.range}")
+            raise BenchError(
+                f"{self.name} is {number}; it must be "
+                + " and ".join(f"{words} {limit:g}" for words, limit, _ in limits)
+            )
+
+
+def option(
+    help: str,
+    *,
+    default: Any = MISSING,
+    default_factory: Any = MISSING,
+    kw_only: bool = True,
+    **others: Any,
+) -> Any:
+    """A field of a class of options, to be given where it has no default. others: see ``Option``."""
+    metadata = {"option": Option(help, **others)}
+    return field(default=default, default_factory=default_factory, kw_only=kw_only, metadata=metadata)
+
+
+@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(option, field))
+class OptionSet:
+    """Base of classes of options: a subclass is a frozen dataclass of keywords, and checks its values.
+
+    Raises BenchError that names the field whose value is of another type, not among its choices, or beyond
+    its limits.
+    """
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True, kw_only=True)(cls)
+
+    def __post_init__(self) -> None:
+        kind: Any = type(self)
+        for each in declared(kind).values():
+            each.check(getattr(self, each.name))
 
 
 @cache
-def declared(options: Any) -> dict[str, Declared]:
-    """The fields of a class of options by name, in their order, those of bases first."""
+def declared(options: Any) -> dict[str, Option]:
+    """The options of a class by name, in their order, those of bases first."""
     kinds = get_type_hints(options)
     return {
-        each.name: Declared(
-            each.name,
-            kinds[each.name],
-            each.default if each.default_factory is MISSING else each.default_factory(),
+        each.name: replace(
             each.metadata["option"],
-            each.default is each.default_factory is MISSING,
+            name=each.name,
+            kind=kinds[each.name],
+            default=each.default if each.default_factory is MISSING else each.default_factory(),
+            required=each.default is each.default_factory is MISSING,
         )
         for each in fields(options)
         if "option" in each.metadata
@@ -234,24 +222,37 @@ def _parts(kind: Any) -> tuple[Any, ...]:
     return get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
 
 
-def fits(value: object, kind: Any) -> bool:
-    """True if a value is of an annotated type, sequences item by item."""
+def misfit(name: str, value: object, kind: Any) -> str:
+    """A sentence on a value that is not of an annotated type; "" for one that is."""
+    if _fits(value, kind):
+        return ""
+    text = repr(value)
+    text = text if len(text) <= 40 else f"{text[:37]}..."
+    types = " or ".join(dict.fromkeys(_words(kind)))
+    return f"{name} is {text}, of type {type(value).__name__}; it takes {types}"
+
+
+def _fits(value: object, kind: Any) -> bool:
+    """True if a value is of an annotated type, sequences item by item. Truth values are no numbers; any
+    value is as good as a truth value."""
     origin, inner = get_origin(kind), get_args(kind)
     if origin in (Union, UnionType):
-        return any(fits(value, each) for each in inner)
+        return any(_fits(value, each) for each in inner)
     if origin in (Sequence, tuple):
         if not isinstance(value, Collection) or isinstance(value, str | bytes):
             return False
-        return all(fits(each, inner[0]) for each in value)
+        return all(_fits(each, inner[0]) for each in value)
     if origin is Callable:
         return callable(value)
     if origin is Literal:
         return value in inner
-    kind = NUMBERS.get(kind, origin or kind)
+    if kind in _NUMBERS:
+        return isinstance(value, _NUMBERS[kind]) and not isinstance(value, bool)
+    kind = origin or kind
     return kind in (Any, bool) or isinstance(value, kind)
 
 
-_WORDS = {
+_TYPES = {
     "str": "text",
     "PathLike": "a path",
     "Path": "a path",
@@ -265,21 +266,15 @@ _WORDS = {
 }
 
 
-def words(kind: Any) -> list[str]:
+def _words(kind: Any) -> list[str]:
     """The types that an annotation allows, for people."""
     origin, inner = get_origin(kind), get_args(kind)
     if origin in (Union, UnionType):
-        return [word for each in inner for word in words(each)]
+        return [word for each in inner for word in _words(each)]
     if origin is Literal:
         return [repr(each) for each in inner]
     if origin in (Sequence, tuple):
-        each, *others = words(inner[0])
+        each, *others = _words(inner[0])
         return [f"a list of {'such' if others else each}"]
     name = getattr(origin or kind, "__name__", str(kind))
-    return [_WORDS.get(name, f"a {name}")]
-
-
-def shown(value: object) -> str:
-    """A value and its type, for an error."""
-    text = repr(value)
-    return f"{text if len(text) <= 40 else f'{text[:37]}...'}, of type {type(value).__name__}"
+    return [_TYPES.get(name, f"a {name}")]

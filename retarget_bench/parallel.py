@@ -38,7 +38,7 @@ def carried_out(function: Callable[[Any], Any], payloads: Sequence[Any], jobs: i
     waiting: dict[Future[Any], int] = {}
     died: list[int] = []
     with _executor(max(1, min(jobs, len(payloads)))) as executor:
-        with _of_one_thread(), _without_main():
+        with _without_main():
             for number, payload in enumerate(payloads):
                 try:
                     waiting[executor.submit(function, payload)] = number
@@ -51,13 +51,13 @@ def carried_out(function: Callable[[Any], Any], payloads: Sequence[Any], jobs: i
             else:
                 yield done
     for number in sorted(died):
-        with _executor(1) as executor, _of_one_thread(), _without_main():
+        with _executor(1) as executor, _without_main():
             yield _done(executor.submit(function, payloads[number]), number)
 
 
 @contextmanager
 def _executor(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Left before its work is done, it ends what runs."""
+    """An executor whose processes end where it is left before its work is done."""
     executor = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin)
     try:
         yield executor
@@ -78,18 +78,6 @@ def _done(future: Future[Any], number: int) -> Done:
 
 
 @contextmanager
-def _of_one_thread() -> Iterator[None]:
-    """Processes that start in here have one thread each."""
-    before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
-    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            os.environ.pop(name) if value is None else os.environ.update({name: value})
-
-
-@contextmanager
 def _without_main() -> Iterator[None]:
     """Processes that start in here do not run the user's script, which would start them again."""
     main = sys.modules["__main__"]
@@ -101,8 +89,9 @@ def _without_main() -> Iterator[None]:
 
 
 def _begin() -> None:
-    """The first steps of a process: the parent decides about Ctrl-C, and it ends when the parent has
-    ended."""
+    """The first steps of a process, before it imports what computes: it has one thread, the parent decides
+    about Ctrl-C, and it ends when the parent has ended."""
+    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

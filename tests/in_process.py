@@ -33,10 +33,7 @@ class InThisProcess:
     def __exit__(self, *_: object) -> None:
         pass
 
-    def run(
-        self, folder: Path, numbers: Sequence[int], kind: str = "shard", jobs: int = 0
-    ) -> Iterator[tuple[int, str]]:
-        del jobs
+    def run(self, folder: Path, numbers: Sequence[int], kind: str = "shard") -> Iterator[tuple[int, str]]:
         work = shard_work.ShardWork(folder, folder)
         try:
             for number in numbers:

@@ -69,8 +69,3 @@ def test_every_script_begins():
     done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=True)
     wrong = json.loads(done.stdout.splitlines()[-1])
     assert {script: told for script, told in wrong.items() if told and told not in others} == {}
-
-
-def test_what_is_not_there_is_told():
-    text = "from retarget_bench import cli\ndef f():\n    from retarget_bench.files import nothing, digest"
-    assert [is_there(*each) for each in taken(text)] == [True, False, True]

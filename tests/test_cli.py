@@ -12,18 +12,14 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from retarget_bench import cli
-from retarget_bench.commands import declared
 from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.errors import BenchError
-from retarget_bench.options import listed
 from retarget_bench.plugins import named, registry
-from retarget_bench.python.run_options import RunOptions
 
 ROOT = Path(__file__).parents[1]
 
@@ -66,35 +62,11 @@ def test_help_names_every_command_with_the_line_of_its_own_help(bench):
         assert bench(name, "--help").code == 0
 
 
-def test_every_command_module_exposes_its_command():
-    group = cli.LazyGroup("bench")
-    for name in cli.COMMANDS:
-        command = group.get_command(None, name)
-        assert command is not None
-        assert command.name == name
-        assert command.help
-
-
 @pytest.mark.parametrize(("typed", "meant"), [("rnu", "run"), ("lst", "list"), ("retargt", "retarget")])
 def test_a_mistyped_command_suggests_the_near_one(bench, typed, meant):
     done = bench(typed)
     assert done.code == 2
     assert f"no command is called '{typed}'; did you mean {meant}" in done.err
-
-
-@pytest.mark.parametrize(
-    ("given", "expected"),
-    [
-        ([], ()),
-        (["-s", "cross", "-s", "own", "-s", "cross"], ("cross", "own")),
-        (["--splits", "intra,cross"], ("intra", "cross")),
-    ],
-)
-def test_splits_may_be_repeated_or_listed(given, expected):
-    seen = []
-    command = click.command()(declared.takes(RunOptions)(lambda options: seen.append(options.splits)))
-    assert CliRunner().invoke(command, given).exit_code == 0
-    assert listed(seen[0]) == expected
 
 
 def test_root_is_short_for_the_data_sets_parameter():
@@ -116,12 +88,6 @@ def test_the_traceback_is_there_for_those_who_ask(monkeypatch):
     monkeypatch.setenv("RETARGET_BENCH_TRACEBACK", "")
     with pytest.raises(BenchError, match="nothing is called"):
         cli.main(["--traceback", "info", "no_such_thing_at_all"])
-
-
-def test_an_unknown_option_is_answered_by_click(bench):
-    done = bench("run", "--plugn", "x.py")
-    assert done.code == 2
-    assert "--plugn" in done.err
 
 
 @pytest.mark.parametrize(("command", "told"), [("run", "continues from there"), ("list", "interrupted.")])
@@ -342,11 +308,3 @@ def test_an_export_of_one_split_is_scored_on_that_one_alone(bench, bows):
     done = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-s", "cross,self")
     assert done.code == 2
     assert "manifest.json lists no case of cross or self; there are those of intra" in done.err
-
-
-# ------------------------------------------------------------------------------------------------ docs
-def test_the_documented_test_command_is_what_ci_runs():
-    readme, ci = ((ROOT / name).read_text() for name in ("README.md", ".ci/run"))
-    assert "```sh\nmake test\n```" in readme
-    assert re.search(r'^VENV="\$place/venv" make test$', ci, re.MULTILINE)
-    assert os.access(ROOT / ".ci/run", os.X_OK)

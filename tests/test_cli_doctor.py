@@ -52,11 +52,11 @@ def test_a_saved_reading_gives_the_same_motion_whatever_is_guessed(bench, name):
     assert "wrote kept/reading.toml" in out
     file, plain = MotionFile.parse(name), re.split(r"[#\[]", name)[0]
     again = MotionFile.parse(f"{plain}[reading=kept/reading.toml]")
-    expected, found = file.load(quiet=True), again.load(quiet=True)
+    expected, found = (importer.load(each.path, each.reading) for each in (file, again))
     same(found, expected)
     assert again.reading == expected.settled
     findings = found.findings
-    assert (findings.unit_told, findings.up_told) == (True, True)
+    assert (findings.unit_explicit, findings.up_explicit) == (True, True)
     assert importer.load(plain, Reading(reading="kept/reading.toml")).findings == findings
     np.testing.assert_array_equal(
         rb.load_motion(plain, reading="kept/reading.toml").positions, expected.motion.positions

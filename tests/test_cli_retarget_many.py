@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from retarget_bench.commands.retargeting import batch, records, runs
+from retarget_bench.commands import retarget
+from retarget_bench.commands.retargeting import batch
 from retarget_bench.motion import bvh, importer
 from retarget_bench.parallel import Done
 from retarget_bench.plugins import registry
@@ -46,7 +45,7 @@ MOCAP, BOW = "mocap[unit=m]", "mocap/bow.bvh[unit=m]"
 
 def results(folder: str = "out") -> dict[str, int]:
     """Results by their path, with the time of their last change."""
-    paths = (path for path in Path(folder).rglob("*") if path.is_file() and path.name != records.NAME)
+    paths = (path for path in Path(folder).rglob("*") if path.is_file() and path.name != batch.RECORDS)
     return {path.relative_to(folder).as_posix(): path.stat().st_mtime_ns for path in paths}
 
 
@@ -113,6 +112,7 @@ def test_a_bad_file_costs_its_own_line_and_the_exit_code(bench, folders):
     assert code == 2
     assert results().keys() == {"back.bvh", "bow.bvh"}
     assert "2 retargeted, 0 up to date, 1 failed" in out
+    assert "3 of 3 files tried" in err
     (said,) = [line for line in err.splitlines() if "was not made" in line]
     assert said.startswith("bench: out/aaa.bvh was not made: mocap/aaa.bvh:")
     told = json.loads(Path("report.json").read_text())["results"]
@@ -131,7 +131,7 @@ def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
     asked = ("retarget", MOCAP, "--target", "bodies/large.bvh", "-o", "out", *COPY)
     monkeypatch.setattr(batch, "carried_out", interrupted)
     assert bench(*asked)[0] == 130
-    with Path("out", records.NAME).open("a") as file:
+    with Path("out", batch.RECORDS).open("a") as file:
         file.write('{"result": "bow.bvh", "ke')  # cut off while it was written
     left = Path("out/.0123456789ab.bow.bvh")
     left.write_text("half")
@@ -141,7 +141,7 @@ def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
     assert "1 retargeted, 1 up to date" in bench(*asked)[1]
     assert not left.exists()
     assert other.exists()
-    assert len(Path("out", records.NAME).read_text().splitlines()) == 2
+    assert len(Path("out", batch.RECORDS).read_text().splitlines()) == 2
 
 
 def test_a_job_that_no_process_answers_costs_its_own_line(bench, folders, monkeypatch):
@@ -205,6 +205,8 @@ def test_takes_of_files_in_folders_are_results_of_their_own(bench, folders):
         ("mocap none --target bodies/large.bvh -o out --format bvh", "none: has no motion files"),
         ("mocap mocap --target bodies/large.bvh -o out", "would give results of one name"),
         ("mocap --target missing.bvh -o out", "missing.bvh: cannot be read"),
+        ("none --target bodies/large.bvh -o a.bvh", "has no frames of a scan"),
+        ("bodies/person.glb#1[take=2] --target bodies/large.bvh -o a.bvh", "give one of them"),
         ("mocap --target bodies/large.bvh -o out -m nobody", "nobody"),
     ],
 )
@@ -275,19 +277,6 @@ def test_nothing_beside_a_result_takes_the_place_of_another_file(bench, folders,
     assert {each: each.read_bytes() for each in Path().rglob("*.bvh")} == before
 
 
-def test_an_empty_folder_a_pipe_and_two_takes_are_sentences(bench, folders):
-    Path("none").mkdir()
-    os.mkfifo("pipe.bvh")
-    for source, told in (("none", "has no frames of a scan"), ("pipe.bvh", "no ordinary file but a pipe")):
-        code, _, err = bench("retarget", source, "--target", "bodies/large.bvh", "-o", "x.bvh", *COPY)
-        assert code == 2
-        assert told in err
-    asked = ("bodies/person.glb#1[take=2]", "--target", "bodies/large.bvh", "-o", "x.bvh", *COPY)
-    code, _, err = bench("retarget", *asked)
-    assert code == 2
-    assert "give one of them" in err
-
-
 def test_a_report_takes_the_place_of_reports_alone(bench, folders):
     line = ("retarget", BOW, "--target", "bodies/large.bvh", "-o", "out.bvh", *COPY)
     Path("notes.json").write_text('{"mine": true}')
@@ -307,7 +296,7 @@ def test_a_report_takes_the_place_of_reports_alone(bench, folders):
 def test_what_cannot_be_written_is_said_before_any_work(bench, folders, monkeypatch, option, place):
     ending = {"-o": ".bvh", "--report": ".json", "--preview": ".png"}[option]
     Path(f"folder{ending}").mkdir()
-    monkeypatch.setattr(runs, "retarget", lambda *_: pytest.fail("work was begun"))
+    monkeypatch.setattr(retarget, "retarget", lambda *_: pytest.fail("work was begun"))
     asked = {"-o": "out.bvh"} | {option: f"{place}{ending}"}
     words = [word for pair in asked.items() for word in pair]
     code, _, err = bench("retarget", BOW, "--target", "bodies/large.bvh", *COPY, *words)
@@ -329,17 +318,3 @@ def test_one_result_goes_into_a_folder_that_is_named_as_one(bench, folders):
     code, _, err = bench(*asked, "d12")
     assert code == 2
     assert "give it a name that ends in" in err
-
-
-def test_counts_and_refusals_in_words(bench, folders):
-    motion = importer.load("mocap/bow.bvh").motion
-    bvh.write(Path("mocap/one.bvh"), motion.at(slice(1)))
-    Path("mocap/broken.bvh").write_text("HIERARCHY")
-    code, out, err = bench("retarget", MOCAP, "--target", "bodies/large.bvh", *COPY, "-o", "out")
-    assert code == 2
-    assert re.search(r"out/one\.bvh: 1 frame of one at", out)
-    assert "4 of 4 files tried" in err
-    assert "3 retargeted, 0 up to date, 1 failed" in out
-    Path("lone.amc").write_text(":FULLY-SPECIFIED\n:DEGREES\n1\nroot 0 0 0 0 0 0\n")
-    err = bench("doctor", "lone.amc")[2]
-    assert "needs its skeleton, lone.asf in its folder" in err

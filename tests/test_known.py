@@ -164,21 +164,6 @@ def script():
     return module
 
 
-def test_the_curves_are_of_the_shipped_weights(tmp_path, script, monkeypatch):
-    cards = script.cards()
-    assert {"pan", "humot", "smrm", "nkn", "paired", "san"} <= set(cards)
-    drawn = []
-    monkeypatch.setattr(script.plt, "close", drawn.append)
-    some = {name: cards[name] for name in ("pan", "nkn", "san")}
-    script.curves(some, tmp_path / "curves.png")
-    assert (tmp_path / "curves.png").stat().st_size > 10_000
-    (figure,) = drawn
-    panels = [axes for axes in figure.axes if axes.lines]
-    assert [axes.get_title().split()[0] for axes in panels] == list(some)
-    last = [each["scores"]["cross"]["mpjpe_h.root"] for each in cards["nkn"]["validation"]]
-    assert panels[1].lines[2].get_ydata().tolist() == pytest.approx(last)
-
-
 def test_the_file_is_made_of_paired_tests_over_clips(tmp_path, script):
     """Twelve clips that are all worse by one: of 4,096 flips of their signs two are as far from 0."""
     for method, error in (("ik", 1.0), ("copy_rotations", 2.0), ("rest_pose", 20.0)):

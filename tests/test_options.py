@@ -10,7 +10,7 @@ import pytest
 
 import retarget_bench as rb
 from retarget_bench import cli
-from retarget_bench.commands.declared import takes
+from retarget_bench.commands.options import takes
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.options import Names, OptionSet, declared, listed, option
@@ -102,6 +102,7 @@ def test_a_field_in_the_place_of_another_is_an_option_once():
         ({"width": float("nan")}, "width is nan"),
         ({"width": 10**20}, "width is 100000000000000000000;"),
         ({"width": "2"}, "width is '2', of type str; it takes a number"),
+        ({"width": True}, "width is True, of type bool; it takes a number"),
         ({"names": 3}, "names is 3, of type int; it takes text or a list of text"),
     ],
 )
@@ -113,4 +114,4 @@ def test_values_that_cannot_be_are_told_by_the_name_of_the_field(given, words):
 
 def test_python_shows_the_signature_and_the_help_of_its_options():
     assert set(inspect.signature(rb.run).parameters) == set(declared(RunOptions))
-    assert all(each.option.help in (rb.run.__doc__ or "") for each in declared(RunOptions).values())
+    assert all(each.help in (rb.run.__doc__ or "") for each in declared(RunOptions).values())

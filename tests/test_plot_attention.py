@@ -244,7 +244,7 @@ CASE = "puppets/ada>ada/walk-001"
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["-m", "heeds", "--source", "puppets/ada>ada/wlk-001"], "near it: puppets/ada>ada/walk-001"),
+        (["-m", "heeds", "--source", "puppets/ada>ada/wlk-001"], "near it: 'puppets/ada>ada/walk-001'"),
         (["-m", "heeds"], "whose motion by --source"),
         (["-m", "heeds", "--source", "missing.bvh"], "missing.bvh"),
         (["-m", "heeds", "--source", "missing.bvh[unit=ell]"], "unit='ell' is not known"),

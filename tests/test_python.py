@@ -180,7 +180,6 @@ def test_rows_and_worst_cases_tell_people_from_four_legged_bodies(tmp_path):
         ),
         (lambda r: rb.run("ik", seeds=0), "seeds is 0; it must be at least 1"),
         (lambda r: rb.run("ik", limit=0), "limit is 0; it must be at least 1"),
-        (lambda r: rb.run("ik", limit="3"), "limit is '3', of type str; it takes a whole number"),
         (lambda r: rb.run("ik", clips=3), "clips is 3, of type int; it takes text"),
         (lambda r: rb.run("ik", clips=["walk", " , "]), "' , ' names no clip; leave it out for all"),
         (lambda r: rb.load_results("a", 2), "load_results: folders is 2"),
@@ -353,21 +352,6 @@ def test_a_method_may_be_named_by_its_module_or_class_but_not_be_an_object(monke
         run(str(FILES[0]))
 
 
-@pytest.mark.parametrize(
-    ("asked", "told"),
-    [
-        ({"methods": "copy_rotation"}, "did you mean copy_rotations"),
-        ({"methods": "ik", "dataset": "pupets"}, "did you mean puppets"),
-        ({"methods": "ik", "splits": "crss"}, "has no split 'crss'; it has self and intra and cross"),
-        ({"methods": "ik", "metrics": "positoin"}, "did you mean position"),
-        ({"methods": "no/such.py"}, "no such plug-in file"),
-    ],
-)
-def test_what_is_unknown_is_told_in_a_sentence(asked, told):
-    with pytest.raises(rb.BenchError, match=told):
-        rb.run(**asked, progress=False)
-
-
 def test_a_plain_script_runs_with_worker_processes(tmp_path):
     """Worker processes do not run the script again, which is guarded by nothing."""
     script = tmp_path / "script.py"
@@ -446,15 +430,6 @@ def test_a_doubtful_file_is_warned_of_in_words_of_python(tmp_path):
         )
 
 
-def test_a_method_without_an_answer_is_told(tmp_path):
-    bvh_file(tmp_path / "walk.bvh", 5)
-    registry.add_file(FILES[1])
-    with pytest.raises(
-        rb.BenchError, match=r"toy_method\[does=picky\] gave no motion \(unsupported\): I only"
-    ):
-        rb.retarget("walk.bvh", "walk.bvh", "toy_method[does=picky]")
-
-
 # ------------------------------------------------------------------------------------------------ lists
 def test_lists_hold_what_there_is_and_rooms_stay_packages():
     import retarget_bench.methods.copy_rotations as module
@@ -476,12 +451,3 @@ def test_lists_hold_what_there_is_and_rooms_stay_packages():
 def test_everything_offered_is_there():
     for name in rb.__all__:
         assert getattr(rb, name) is not None
-
-
-def test_importing_takes_less_than_50_ms():
-    code = "import time; t = time.perf_counter(); import retarget_bench; print(time.perf_counter() - t)"
-    done = [
-        subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-        for _ in range(5)
-    ]
-    assert min(float(each.stdout) for each in done) < 0.050

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import warnings
 
 import numpy as np
@@ -111,18 +110,6 @@ def test_a_list_gives_a_list(positions):
     assert rb.retarget([], body) == []
     with pytest.raises(rb.BenchError, match="retarget: source is "):
         rb.retarget([walks[0], 3], body)
-
-
-def test_signatures_say_what_can_be_said():
-    known = inspect.signature(rb.load_motion).parameters
-    assert list(known)[:2] == ["path", "unit"]
-    assert known["unit"].default == "auto"
-    assert {"fps", "name", "joints", "roles", "reading"} <= set(known)
-    assert "Frames per second that the file truly has" in rb.load_motion.__doc__
-    ours = inspect.signature(rb.retarget).parameters
-    assert list(ours)[:3] == ["source", "target", "method"]
-    assert ours["start"].default == "keep"
-    assert inspect.signature(rb.load_character).parameters["rate"].default is None
 
 
 def test_families_are_as_before():

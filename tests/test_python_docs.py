@@ -124,24 +124,6 @@ def test_the_notebook_is_stored_without_output():
             assert (cell["outputs"], cell["execution_count"]) == ([], None)
 
 
-@pytest.mark.slow
-def test_the_notebook_runs_in_a_kernel(tmp_path, monkeypatch):
-    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
-    pytest.importorskip("ipykernel")
-    monkeypatch.setenv("PYTHONPATH", str(DOCS.parent))
-    book = nbformat.read(NOTEBOOK, as_version=4)
-    nbclient.NotebookClient(book, timeout=600, resources={"metadata": {"path": str(tmp_path)}}).execute()
-    outputs = [output for cell in book.cells for output in cell.get("outputs", ())]
-    told = "".join(output.text for output in outputs if output.get("name") == "stderr")
-    left = [line.split("\r")[-1] for line in told.split("\n")]
-    assert not [line for line in left if line.strip()]  # bars are wiped away
-    shown = [
-        "".join(output.data["text/html"]) for output in outputs if "text/html" in output.get("data", {})
-    ]
-    assert sum('<table class="results"' in each for each in shown) == 1
-    assert sum('<iframe title="player"' in each for each in shown) == 2
-
-
 def test_a_player_of_the_notebook_plays(shown, open_page, tmp_path):
     (player,) = of(shown, "results.show(")
     page = tmp_path / "notebook.html"

@@ -83,7 +83,7 @@ def test_a_folder_is_a_plug_in_file_too(tmp_path):
     write(folder, "inner", METHOD)
     assert registry.add_file(folder).name == "wide"
     assert registry.create("methods", "wide[steps=4]").got["steps"] == 4
-    assert [name for name, _ in registry.code_files("methods", "wide")] == ["__init__.py", "inner.py"]
+    assert {path.name for path in registry.code_files("methods", "wide")} == {"__init__.py", "inner.py"}
 
 
 def test_parameters_get_the_type_that_the_signature_asks_for(idle):
@@ -120,24 +120,25 @@ def test_wrong_parameters_are_answered_with_the_known_ones(idle, spec, texts):
         assert text in str(caught.value)
 
 
-PRESET = '''"""Parameters in a typed dictionary."""
+PRESET = '''"""Parameters in a dataclass."""
 from __future__ import annotations
-from typing import Annotated, Literal, TypedDict, Unpack
-from retarget_bench.plugins.parameters import completed
+from dataclasses import asdict, dataclass
+from typing import Annotated, Any, Literal
 
 
-class Overrides(TypedDict, total=False):
-    rule: Annotated[Literal["", "left", "right"], ""]
-    speed: Annotated[float, -1.0]
-    loud: Annotated[bool, False]
+@dataclass(frozen=True, kw_only=True)
+class Overrides:
+    rule: Literal["", "left", "right"] = ""
+    speed: float = -1.0
+    loud: bool = False
 
 
 class Preset:
     class card:
         parameters = {"speed": "how fast"}
 
-    def __init__(self, variant: Literal["own", "paper"] = "own", **overrides: Unpack[Overrides]):
-        self.got = {"variant": variant, **completed(Overrides, overrides)}
+    def __init__(self, variant: Literal["own", "paper"] = "own", **overrides: Annotated[Any, Overrides]):
+        self.got = {"variant": variant, **asdict(Overrides(**overrides))}
 
     def retarget(self, source, target, *, context):
         return None
@@ -147,7 +148,7 @@ plugin = Preset
 '''
 
 
-def test_overrides_in_a_typed_dictionary_are_parameters_like_any_other(tmp_path):
+def test_overrides_in_a_dataclass_are_parameters_like_any_other(tmp_path):
     registry.add_file(write(tmp_path, "preset", PRESET))
     found = registry.create("methods", "preset[rule=left,speed=2]")
     assert found.got == {"variant": "own", "rule": "left", "speed": 2.0, "loud": False}
@@ -173,7 +174,7 @@ def test_overrides_in_a_typed_dictionary_are_parameters_like_any_other(tmp_path)
 
 
 def test_an_override_without_a_default_is_asked_for(tmp_path):
-    text = PRESET.replace("Annotated[bool, False]", "bool")
+    text = PRESET.replace("loud: bool = False", "loud: bool")
     registry.add_file(write(tmp_path, "preset", text))
     with pytest.raises(BenchError, match="preset needs loud"):
         registry.create("methods", "preset")
@@ -264,9 +265,9 @@ def test_code_files_follow_relative_imports(tmp_path, monkeypatch):
     write(room / "wide", "__init__", "")
     write(room / "wide", "deep", "")
     monkeypatch.setattr("retarget_bench.__path__", [str(tmp_path)])
-    one = [p.relative_to(room).as_posix() for _, p in registry.code_files("methods", "one")]
-    assert one == ["_three.py", "_two.py", "one.py", "shared/__init__.py", "shared/helper.py"]
-    assert [p.name for _, p in registry.code_files("methods", "wide")] == ["__init__.py", "deep.py"]
+    one = {p.relative_to(room).as_posix() for p in registry.code_files("methods", "one")}
+    assert one == {"_three.py", "_two.py", "one.py", "shared/__init__.py", "shared/helper.py"}
+    assert {p.name for p in registry.code_files("methods", "wide")} == {"__init__.py", "deep.py"}
 
 
 def test_helpers_with_an_underscore_are_no_plug_ins(tmp_path, monkeypatch):

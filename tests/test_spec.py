@@ -40,20 +40,13 @@ def test_the_canonical_form_reads_as_the_same_spec(name, parameters):
 PLUGINS = st.builds(Spec, NAMES, st.dictionaries(KEYS, SCALARS, max_size=2))
 
 
-@given(PLUGINS, st.lists(PLUGINS, max_size=3))
-def test_so_does_a_method_with_post_processes(method, posts):
-    spec = Spec(method.name, method.parameters, tuple(posts))
-    again = Spec.parse(str(spec))
-    assert (again, again.alone, again.posts) == (spec, method, tuple(posts))
-    assert again.names.split("+") == [method.name, *(post.name for post in posts)]
-    assert re.fullmatch(r"[a-z0-9_.-]{1,60}", spec.slug)
-
-
-@given(PLUGINS, st.text(min_size=1, max_size=30).filter(str.strip), st.lists(PLUGINS, max_size=1))
-def test_so_does_a_method_of_another_environment(method, environment, posts):
+@given(PLUGINS, st.text(min_size=1, max_size=30).filter(str.strip), st.lists(PLUGINS, max_size=3))
+def test_so_does_a_method_with_post_processes_of_another_environment(method, environment, posts):
     spec = Spec(method.name, method.parameters, tuple(posts), environment)
     again = Spec.parse(str(spec))
     assert (again, again.environment, again.alone) == (spec, environment, method)
+    assert again.posts == tuple(posts)
+    assert again.names.split("+") == [method.name, *(post.name for post in posts)]
     assert str(again.here) == str(Spec(method.name, method.parameters, tuple(posts)))
     assert again.slug != again.here.slug
     assert re.fullmatch(r"[a-z0-9_.-]{1,60}", spec.slug)

@@ -125,19 +125,6 @@ METHOD_FAULTS = {
         "answers keep",
         "39 frames; the source has 40",
     ),
-    "not a number": (
-        {
-            ANSWER: "root[0] = np.nan; " + ANSWER,
-            API: f"import numpy as np\n{API}",
-        },
-        "answers keep",
-        "not finite",
-    ),
-    "not unit": (
-        {ANSWER: ANSWER.replace("copied.rotations", "2 * copied.rotations")},
-        "answers keep",
-        "not unit",
-    ),
     "fixed rate": (
         {ANSWER: ANSWER.replace("source.fps", "30.0")},
         "another frame rate",

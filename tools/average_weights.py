@@ -56,12 +56,12 @@ def mean(before: Mapping[str, Tensor], after: Mapping[str, Tensor], share: float
 
 def card(trained: Mapping[str, Any], share: float) -> dict[str, Any]:
     """The run's card, which says what its weights are a mean of; its own scores are another's."""
-    kept = {name: each for name, each in trained.items() if name not in ("hash", "schema")}
-    told = (
+    entries = {name: each for name, each in trained.items() if name not in ("hash", "schema")}
+    note = (
         f"a mean of weights: {share:g} of this training's ({trained['hash']}), {1 - share:g} of those that "
         f"it began from ({trained['init']}); curve and validation are of this training's own"
     )
-    return {**kept, "notes": [told, *kept["notes"]]}
+    return {**entries, "notes": [note, *entries["notes"]]}
 
 
 def main() -> None:

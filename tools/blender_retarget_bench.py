@@ -259,7 +259,7 @@ def _pose(
     body: Body, parents: list[int], back: Matrix, place: Vector, row: list[Quaternion]
 ) -> list[Matrix]:
     """Matrices of the bones in the armature's own space, as they are in a frame of the answer."""
-    around, found, turned = back.to_quaternion(), [], []
+    around, matrices, turned = back.to_quaternion(), [], []
     for joint, parent in enumerate(parents):
         turned.append(row[joint] if parent < 0 else turned[parent] @ row[joint])
         now = around @ UPRIGHT.inverted() @ turned[joint] @ UPRIGHT @ body.rest[joint]
@@ -267,13 +267,13 @@ def _pose(
             head = back @ (UPRIGHT.inverted() @ place / body.metres + body.origin)
         else:
             rest = body.bones[parent].matrix_local.inverted() @ body.bones[joint].head_local
-            head = found[parent] @ rest
-        found.append(Matrix.LocRotScale(head, now, None))
-    return found
+            head = matrices[parent] @ rest
+        matrices.append(Matrix.LocRotScale(head, now, None))
+    return matrices
 
 
 def _basis(bone: bpy.types.Bone, matrices: list[Matrix], joint: int, parent: int) -> Matrix:
-    """What the channels of a bone have to say for it to have its matrix, whatever it inherits."""
+    """The channels with which a bone has its matrix, whatever it inherits."""
     if parent < 0:
         return bone.convert_local_to_pose(matrices[joint], bone.matrix_local, invert=True)
     return bone.convert_local_to_pose(
@@ -342,22 +342,22 @@ def command_line(text: str) -> list[str]:
 
 def as_read(path: Path, roles: str) -> str:
     """A file that this wrote, as the command takes it. roles: a file of what its bones are; "": none."""
-    said = "unit=m,up=y,root_place=absolute"
+    options = "unit=m,up=y,root_place=absolute"
     if roles:
-        said += f",roles={json.dumps(bpy.path.abspath(roles), ensure_ascii=False)}"
-    return f"{path}[{said}]"
+        options += f",roles={json.dumps(bpy.path.abspath(roles), ensure_ascii=False)}"
+    return f"{path}[{options}]"
 
 
 class Job:
     """One run of the command, in a temporary folder that goes with it. Raises CannotRetarget."""
 
     def __init__(self, context: bpy.types.Context) -> None:
-        asked, scene = context.scene.retarget_bench, context.scene
-        if asked.source is None or asked.target is None or asked.source == asked.target:
+        settings, scene = context.scene.retarget_bench, context.scene
+        if settings.source is None or settings.target is None or settings.source == settings.target:
             raise CannotRetarget("pick two armatures, a source with motion and another target")
-        words = command_line(asked.command)
-        self.source, self.target = body_of(asked.source, scene), body_of(asked.target, scene)
-        self.frames = frames_of(asked.source, scene)
+        words = command_line(settings.command)
+        self.source, self.target = body_of(settings.source, scene), body_of(settings.target, scene)
+        self.frames = frames_of(settings.source, scene)
         self._folder = tempfile.TemporaryDirectory(prefix="retarget_bench_")
         self._at = Path(self._folder.name)
         try:
@@ -365,9 +365,9 @@ class Job:
             motion, body = self._at / "source.bvh", self._at / "target.bvh"
             write_bvh(motion, self.source, self.frames, scene)
             write_rest(body, self.target, scene)
-            line = [*words, "retarget", as_read(motion, asked.source_roles)]
-            line += ["--target", as_read(body, asked.target_roles)]
-            line += ["-o", str(self._at / "out.bvh"), "-m", asked.method or "ik"]
+            line = [*words, "retarget", as_read(motion, settings.source_roles)]
+            line += ["--target", as_read(body, settings.target_roles)]
+            line += ["-o", str(self._at / "out.bvh"), "-m", settings.method or "ik"]
             self._said = (self._at / "said.txt").open("w+b")
             environment = {name: value for name, value in os.environ.items() if name != "PYTHONHOME"}
             self.process = subprocess.Popen(
@@ -380,17 +380,19 @@ class Job:
     def finish(self) -> tuple[bpy.types.Action, list[str]]:
         """The new action, and what the command said. Raises CannotRetarget with the command's own words."""
         self._said.seek(0)
-        said = [line for line in self._said.read().decode("utf-8", "replace").splitlines() if line.strip()]
-        said = [self._named(line.removeprefix("bench: ")) for line in said]
+        lines = [line for line in self._said.read().decode("utf-8", "replace").splitlines() if line.strip()]
+        lines = [self._readable(line.removeprefix("bench: ")) for line in lines]
         if self.process.returncode != 0:
-            raise CannotRetarget(" ".join(said[-3:]) or f"the command ended with {self.process.returncode}")
+            raise CannotRetarget(
+                " ".join(lines[-3:]) or f"the command ended with {self.process.returncode}"
+            )
         places, turns = read_bvh(self._at / "out.bvh", len(self.target.bones))
         animation = self.source.armature.animation_data
-        named = animation.action.name if animation and animation.action else self.source.armature.name
-        name = f"{named} on {self.target.armature.name}"
-        return make_action(self.target, places, turns, self.frames.start, name), said
+        source_name = animation.action.name if animation and animation.action else self.source.armature.name
+        name = f"{source_name} on {self.target.armature.name}"
+        return make_action(self.target, places, turns, self.frames.start, name), lines
 
-    def _named(self, line: str) -> str:
+    def _readable(self, line: str) -> str:
         """A line that names the armatures, not the temporary files."""
         for file, body in (("source.bvh", self.source), ("target.bvh", self.target)):
             line = line.replace(str(self._at / file), body.armature.name)
@@ -417,8 +419,8 @@ class RetargetOperator(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        asked = context.scene.retarget_bench
-        return asked.source is not None and asked.target is not None and not asked.running
+        settings = context.scene.retarget_bench
+        return settings.source is not None and settings.target is not None and not settings.running
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Run and wait, as scripts do."""
@@ -459,7 +461,7 @@ class RetargetOperator(bpy.types.Operator):
 
     def _end(self, context: bpy.types.Context) -> set[str]:
         try:
-            action, said = self._job.finish()
+            action, lines = self._job.finish()
         except (CannotRetarget, OSError, ValueError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -467,10 +469,10 @@ class RetargetOperator(bpy.types.Operator):
             self._close(context)
         bound = [bone.name for bone in self._job.target.armature.pose.bones if bone.constraints]
         if bound:
-            said.insert(0, f"{len(bound)} bones of the target have constraints, which go over the action")
-        for line in said[:-1]:
+            lines.insert(0, f"{len(bound)} bones of the target have constraints, which go over the action")
+        for line in lines[:-1]:
             self.report({"WARNING"}, line)
-        self.report({"INFO"}, f"{action.name}: {said[-1] if said else 'done'}")
+        self.report({"INFO"}, f"{action.name}: {lines[-1] if lines else 'done'}")
         return {"FINISHED"}
 
     def _close(self, context: bpy.types.Context) -> None:
@@ -493,7 +495,7 @@ def _suggested(
 
 
 class Settings(bpy.types.PropertyGroup):
-    """What the panel asks for, kept with the scene."""
+    """The panel's settings, kept with the scene."""
 
     source: bpy.props.PointerProperty(
         type=bpy.types.Object, poll=_is_armature, name="Source", description="The armature that moves"
@@ -539,11 +541,11 @@ class RetargetPanel(bpy.types.Panel):
     bl_category = "Retarget"
 
     def draw(self, context: bpy.types.Context) -> None:
-        asked, layout = context.scene.retarget_bench, self.layout
+        settings, layout = context.scene.retarget_bench, self.layout
         layout.use_property_split = True
         for name in ("source", "target", "method", "source_roles", "target_roles", "command"):
-            layout.prop(asked, name)
-        running = asked.running
+            layout.prop(settings, name)
+        running = settings.running
         text = "Running (Esc cancels)" if running else "Retarget"
         layout.operator(RetargetOperator.bl_idname, text=text, icon="ARMATURE_DATA")
 

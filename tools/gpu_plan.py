@@ -1,4 +1,5 @@
-"""What ``gpu_run.sh`` trains: for each METHOD a line of its folder, itself, and options of ``bench train``.
+"""The trainings of ``gpu_run.sh``: for each METHOD a line of its folder, itself, and options of
+``bench train``.
 
     python -m tools.gpu_plan METHOD...
 
@@ -25,13 +26,13 @@ EARLIER = Path("earlier")
 
 def line(text: str) -> str:
     """The line of a method. Raises BenchError for one that ``train_release`` does not train."""
-    known = {each.method: each for each in release.TRAININGS}
-    if text not in known:
-        raise BenchError(f"{text}: trained are {', '.join(known)}")
+    trainings = {each.method: each for each in release.TRAININGS}
+    if text not in trainings:
+        raise BenchError(f"{text}: trained are {', '.join(trainings)}")
     spec = Spec.parse(text)
     built: Any = bound.method(spec).built
     data = Spec.parse(os.environ.get("DATA", "")) if "DATA" in os.environ else None
-    parts = joint_datasets.split_spec(data or release.data_of(known[text], tiny=False))
+    parts = joint_datasets.split_spec(data or release.data_of(trainings[text], tiny=False))
     words = [spec.slug, text, *(word for each in parts for word in ("-d", str(each)))]
     if (EARLIER / spec.slug).is_dir():
         words += ["--init", str(EARLIER / spec.slug)]

@@ -25,7 +25,7 @@ from torch import nn
 
 from retarget_bench import defaults
 from retarget_bench.api import optional
-from retarget_bench.commands import declared
+from retarget_bench.commands.options import takes
 from retarget_bench.commands.train import ConsoleReporter
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
@@ -75,7 +75,7 @@ TRAININGS = (
     Training("npt", hours=1, minutes=1.5, cmu=""),
 )
 DATA = "puppets[size=large,bodies=200]"
-"""What all of them are trained on."""
+"""The training data of all of them."""
 TINY = "puppets"
 CMU_FOLDER = "RETARGET_BENCH_CMU"
 """The variable that says where CMU's files lie."""
@@ -101,7 +101,7 @@ class Verdict:
 
 
 class Options(TrainingSettings):
-    """What all trainings have in common."""
+    """Options that all trainings share."""
 
     out: Path = option(
         "The folder of runs and results.", default=Path("runs/release"), letter="o", metavar="DIR"
@@ -114,7 +114,7 @@ class Options(TrainingSettings):
     "--budget-scale", type=click.FloatRange(0, min_open=True), default=1.0, help="Of all budgets."
 )
 @click.option("--tiny", is_flag=True, help="Two steps of preset quick on little data, to try the command.")
-@declared.takes(Options, only=("out", "device", "jobs"))
+@takes(Options, only=("out", "device", "jobs"))
 def command(only: tuple[str, ...], budget_scale: float, tiny: bool, options: Options) -> None:
     """Train the shipped methods, ship what validates better, and write the tables of results."""
     chosen = [each for each in TRAININGS if each.method in only or not only]
@@ -125,7 +125,7 @@ def command(only: tuple[str, ...], budget_scale: float, tiny: bool, options: Opt
     where, jobs, out = parallel.device(options.device), options.jobs, options.out
     data = {each.method: data_of(each, tiny) for each in chosen}
     for each in dict.fromkeys(part for spec in data.values() for part in joint_datasets.split_spec(spec)):
-        made(each, jobs)
+        prepare_data(each, jobs)
     verdicts = []
     for training in chosen:
         kind, budget = "default", f"{3600 * training.hours * budget_scale:g}s"
@@ -134,7 +134,7 @@ def command(only: tuple[str, ...], budget_scale: float, tiny: bool, options: Opt
         if tiny:
             kind, budget = "quick", "2it"
         spec = Spec.parse(training.method)
-        asked = TrainingOptions(
+        run_options = TrainingOptions(
             spec,
             data[training.method],
             preset=kind,
@@ -144,10 +144,10 @@ def command(only: tuple[str, ...], budget_scale: float, tiny: bool, options: Opt
             jobs=jobs,
             device=where.type,
         )
-        verdicts.append(trained(asked, where, 4 if tiny else CASES))
+        verdicts.append(trained(run_options, where, 4 if tiny else CASES))
     click.echo(summary(verdicts))
-    found = run([*only, "copy_rotations"] if only else (), out=out / "results", jobs=jobs)
-    write_tables(out / "tables.md", found)
+    results = run([*only, "copy_rotations"] if only else (), out=out / "results", jobs=jobs)
+    write_tables(out / "tables.md", results)
     write_text(out / "summary.md", summary(verdicts))
     click.echo(f"{out / 'tables.md'} has the results of the shipped weights.")
 
@@ -159,35 +159,35 @@ def data_of(training: Training, tiny: bool) -> Spec:
     return joint_datasets.joint_spec([Spec.parse(each) for each in names])
 
 
-def made(data: Spec, jobs: int) -> None:
+def prepare_data(data: Spec, jobs: int) -> None:
     """Make the motion and the pairs of a data set, so far as they are not in the cache."""
     unusable: list[str] = []
-    with progress_bar(str(data), "items") as told:
+    with progress_bar(str(data), "items") as progress:
         for done, total in prepare.prepare(data, jobs, unusable):
-            told(done, total)
+            progress(done, total)
 
 
-def trained(asked: TrainingOptions, device: torch.device, cases: int) -> Verdict:
+def trained(options: TrainingOptions, device: torch.device, cases: int) -> Verdict:
     """Train a method, or go on with it, and ship the weights if they are better than the shipped ones.
 
     Raises BenchError where its folder holds a run with other options.
     """
-    assert asked.method is not None
-    assert asked.dataset is not None
-    assert asked.out is not None
-    place = asked.out / VERDICT
+    assert options.method is not None
+    assert options.dataset is not None
+    assert options.out is not None
+    place = options.out / VERDICT
     if place.exists():
         return Verdict(**json.loads(place.read_text(encoding="utf-8")))
-    if not finished(asked):
-        begun = request.read(asked.out) is not None
+    if not finished(options):
+        begun = request.read(options.out) is not None
         with closing(ConsoleReporter()) as reporter:
-            click.echo(f"{asked.method}: {'going on' if begun else 'training'}, {asked.budget}")
-            train(asked if begun else with_initial_weights(asked), reporter)
-    new, told = weights.read(asked.out), str(asked.method)
-    before, after = validated(asked, device, cases)
-    verdict = Verdict(told, int(new.card["steps"]), float(new.card["seconds"]), before, after, new.hash)
+            click.echo(f"{options.method}: {'going on' if begun else 'training'}, {options.budget}")
+            train(options if begun else with_initial_weights(options), reporter)
+    new, name = weights.read(options.out), str(options.method)
+    before, after = validated(options, device, cases)
+    verdict = Verdict(name, int(new.card["steps"]), float(new.card["seconds"]), before, after, new.hash)
     if verdict.shipped:
-        built: Any = bound.method(asked.method).built
+        built: Any = bound.method(options.method).built
         folder = Path(sys.modules[type(built).__module__].__file__ or "").parent / "weights"
         weights.write(folder, built.weights, new.tensors, new.card)
         plan.forget()
@@ -204,22 +204,22 @@ def shipped(method: Spec) -> Any:
         return None
 
 
-def with_initial_weights(asked: TrainingOptions) -> TrainingOptions:
-    assert asked.method is not None
-    built = shipped(asked.method)
-    return asked if built is None else replace(asked, init=built.weights)
+def with_initial_weights(options: TrainingOptions) -> TrainingOptions:
+    assert options.method is not None
+    built = shipped(options.method)
+    return options if built is None else replace(options, init=built.weights)
 
 
-def validated(asked: TrainingOptions, device: torch.device, cases: int) -> tuple[float | None, float]:
+def validated(options: TrainingOptions, device: torch.device, cases: int) -> tuple[float | None, float]:
     """Mean over splits of the validation error, of the shipped weights and of the new ones, on the cases
     that the shipped ones support. New ones that fail in one of them have an infinite error."""
-    assert asked.method is not None
-    assert asked.dataset is not None
-    aside = optional.validation(joint_datasets.dataset(asked.dataset))
+    assert options.method is not None
+    assert options.dataset is not None
+    aside = optional.validation(joint_datasets.dataset(options.dataset))
     if aside is None:
-        raise BenchError(f"{asked.dataset} has no validation cases to compare weights by")
-    old = shipped(asked.method)
-    new = bound.method(asked.method.with_parameters(weights=str(asked.out))).built
+        raise BenchError(f"{options.dataset} has no validation cases to compare weights by")
+    old = shipped(options.method)
+    new = bound.method(options.method.with_parameters(weights=str(options.out))).built
     validator = Validator(aside, old or new, cases, device, lambda *_: None)
     before, after = (
         validator.decisive(validator(nn.Module(), each)) if each is not None else None
@@ -229,8 +229,8 @@ def validated(asked: TrainingOptions, device: torch.device, cases: int) -> tuple
     return before, after
 
 
-def write_tables(path: Path, found: Results) -> None:
-    write_text(path, markdown(requested.tables(found.places, Request())))
+def write_tables(path: Path, results: Results) -> None:
+    write_text(path, markdown(requested.tables(results.places, Request())))
 
 
 def summary(verdicts: list[Verdict]) -> str:

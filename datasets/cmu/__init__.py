@@ -37,7 +37,7 @@ ROUNDING = 1e-3
 """Share of the height by which takes of one skeleton may differ in their bones."""
 PLACE = "RETARGET_BENCH_CMU"
 """The environment variable that says where the takes lie."""
-_KEPT = 16
+_CACHED = 16
 Take = tuple[str, int, int]
 """Name of a take, and its first and last but one frame."""
 
@@ -88,16 +88,16 @@ class Cmu:
         if not (own or bodies):
             raise BenchError("cmu[own=false] has nothing to train on but what bodies=NUMBER gives")
         self._bodies, self._own = bodies, own
-        self._take = lru_cache(maxsize=_KEPT)(self._read)
-        self._character = lru_cache(maxsize=None)(self._found)
+        self._take = lru_cache(maxsize=_CACHED)(self._read)
+        self._character = lru_cache(maxsize=None)(self._first_body)
 
     # ------------------------------------------------------------------------------- the contract
     @property
     def content(self) -> str:
         """A hash of the bytes of the takes, the part, and how they are read."""
-        named = {name: self._entries[path] for name, path in self._files.items()}
+        entries = {name: self._entries[path] for name, path in self._files.items()}
         onto = f", {self._onto.identity}" if self._onto else ""
-        return f"{fingerprint(named)} ({self._part}, unit {self._unit}{onto})"
+        return f"{fingerprint(entries)} ({self._part}, unit {self._unit}{onto})"
 
     @property
     def label(self) -> str:
@@ -106,10 +106,10 @@ class Cmu:
 
     @cached_property
     def notes(self) -> Sequence[str]:
-        told = list(self.training_notes)
+        notes = list(self.training_notes)
         if not self._listed:
-            told.append(f"no take of the {self._part} is there: nothing to test on")
-        return tuple(told)
+            notes.append(f"no take of the {self._part} is there: nothing to test on")
+        return tuple(notes)
 
     def characters(self) -> Mapping[str, Character]:
         """Those of the cases."""
@@ -129,10 +129,10 @@ class Cmu:
 
     def load(self, info: CaseInfo) -> Case:
         """Raises BenchError for a case that is none of this part, FileError where a file cannot be read."""
-        found, cast = self._listed.get(info.clip), self.characters()
-        if found is None or info.source != _called(performer(found[0])) or info.target not in cast:
+        part, cast = self._listed.get(info.clip), self.characters()
+        if part is None or info.source != _called(performer(part[0])) or info.target not in cast:
             raise BenchError(f"{self.label} has no case {info.id}")
-        take, first, end = found
+        take, first, end = part
         source = self._take(take).at(slice(first, end))
         if info.source == info.target:
             return Case(info, source, source.character, source)
@@ -141,14 +141,14 @@ class Cmu:
     # ------------------------------------------------------------------------------- to train on
     def training(self) -> Mapping[str, Mapping[str, Clips]]:
         """Structure -> subject, or body that takes are put on -> whole takes."""
-        found: dict[str, dict[str, Clips]] = {}
+        cast: dict[str, dict[str, Clips]] = {}
         for who, takes in (self._takes["train"] if self._own else {}).items():
-            found.setdefault(self._character(who).structure, {})[_called(who)] = Clips(self.motion, takes)
+            cast.setdefault(self._character(who).structure, {})[_called(who)] = Clips(self.motion, takes)
         if self._onto:
             for name, takes in self._onto.by_body.items():
                 clips = Clips(partial(self._onto.motion, name=name), takes)
-                found.setdefault(self._onto.cast[name].structure, {})[name] = clips
-        return found
+                cast.setdefault(self._onto.cast[name].structure, {})[name] = clips
+        return cast
 
     def training_pairs(self) -> Pairs | None:
         """Takes by their performer and by the bodies that they are put on, none exact; None without
@@ -161,8 +161,8 @@ class Cmu:
     @property
     def training_notes(self) -> Sequence[str]:
         """Files that are not used, with the reason."""
-        told = [f"{name} ({why})" for name, why in self._problems.items()]
-        return (f"{len(told)} files left out: {some(told, 6)}",) if told else ()
+        files = [f"{name} ({why})" for name, why in self._problems.items()]
+        return (f"{len(files)} files left out: {some(files, 6)}",) if files else ()
 
     def validation(self) -> Cmu | None:
         """Takes of subjects that training goes without; None where there are none."""
@@ -201,13 +201,13 @@ class Cmu:
         folder = Path(self._root).expanduser()
         if not folder.is_dir():
             raise BenchError(f"cmu: there is no folder {folder}; {self.card.obtain}")
-        found = {name: path for name, path in bvh_files(folder).items() if performer(name)}
-        if not found:
+        files = {name: path for name, path in bvh_files(folder).items() if performer(name)}
+        if not files:
             raise BenchError(
                 f"{folder} holds no takes called SUBJECT_TAKE.bvh, as in 05_01.bvh; "
                 f"it holds {contents(folder)}"
             )
-        return found
+        return files
 
     @cached_property
     def _entries(self) -> Mapping[Path, CatalogueEntry]:
@@ -216,33 +216,33 @@ class Cmu:
     @cached_property
     def _problems(self) -> Mapping[str, str]:
         """Takes that are left out -> why."""
-        found = {}
+        problems = {}
         bones: dict[str, str] = {}
         for name, path in self._files.items():
             entry = self._entries[path]
             frames = 0 if entry.problem else resampled_frames(entry.frames, entry.fps, FPS)
             if part_of(name) is None:
-                found[name] = "motion of the test on another skeleton"
+                problems[name] = "motion of the test on another skeleton"
             elif entry.problem or frames < SHORTEST:
-                found[name] = entry.problem or f"{frames} frames at {FPS:g} per second"
+                problems[name] = entry.problem or f"{frames} frames at {FPS:g} per second"
             elif bones.setdefault(performer(name), entry.hierarchy) != entry.hierarchy:
-                found[name] = "another skeleton than the subject's first take"
-        return found
+                problems[name] = "another skeleton than the subject's first take"
+        return problems
 
     @cached_property
     def _takes(self) -> Mapping[Part, Mapping[str, Sequence[str]]]:
         """Part -> performer -> takes."""
-        found: dict[Part, dict[str, list[str]]] = {"train": {}, "validation": {}, "test": {}}
+        by_part: dict[Part, dict[str, list[str]]] = {"train": {}, "validation": {}, "test": {}}
         for name in self._files:
             part = part_of(name)
             if part and name not in self._problems:
-                found[part].setdefault(performer(name), []).append(name)
-        return found
+                by_part[part].setdefault(performer(name), []).append(name)
+        return by_part
 
     @cached_property
     def _listed(self) -> Mapping[str, Take]:
         """Clip of a case -> where it is cut from."""
-        found = {}
+        listed = {}
         for takes in self._takes[self._part].values():
             for take in takes:
                 frames = self._frames(take)
@@ -250,14 +250,14 @@ class Cmu:
                 ends = [frames * each // number for each in range(number + 1)]
                 for each in range(number):
                     name = take if number == 1 else f"{take}-{each + 1:02d}"
-                    found[name] = (take, ends[each], ends[each + 1])
-        return found
+                    listed[name] = (take, ends[each], ends[each + 1])
+        return listed
 
     @cached_property
     def _onto(self) -> Onto | None:
         if not self._bodies:
             return None
-        takes = [take for mine in self._takes["train"].values() for take in mine]
+        takes = [take for performers in self._takes["train"].values() for take in performers]
         return Onto(self, takes, self._bodies)
 
     def _frames(self, take: str) -> int:
@@ -273,7 +273,7 @@ class Cmu:
             f"cmu/{names[0]}>{names[1]}/{clip}", "retarget", split, *names, clip, frames=end - first
         )
 
-    def _found(self, who: str) -> Character:
+    def _first_body(self, who: str) -> Character:
         """The body of a performer's first take; its structure is named after the number of joints."""
         first = next(part[who][0] for part in self._takes.values() if who in part)
         body = self._imported(first).character
@@ -290,7 +290,7 @@ class Cmu:
 
 
 class Clips(LazyClips[str]):
-    """Takes of one body, each read or made when it is asked for."""
+    """Takes of one body, each read or made on access."""
 
     def __init__(self, motion: Callable[[str], Motion], listed: Sequence[str]) -> None:
         super().__init__(listed)
@@ -300,7 +300,7 @@ class Clips(LazyClips[str]):
     def names(self) -> tuple[str, ...]:
         return self.listed
 
-    def made(self, each: str) -> Motion:
+    def motion(self, each: str) -> Motion:
         """Raises Unusable where a file cannot be read, or what is made of it fails a check."""
         try:
             return self._motion(each)

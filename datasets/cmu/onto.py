@@ -57,7 +57,7 @@ class Onto:
 
     @cached_property
     def identity(self) -> str:
-        """Of bodies and method."""
+        """The identity of bodies and method, for caches."""
         return f"on {self._puppets.content}, {METHOD} {bound.method_code(METHOD)}, {VERSION}"
 
     @cached_property
@@ -68,7 +68,7 @@ class Onto:
     def cast(self) -> Mapping[str, Character]:
         """All two-legged training bodies."""
         everybody = self._puppets.characters()
-        names = [name for mine in optional.training(self._puppets).values() for name in mine]
+        names = [name for bodies in optional.training(self._puppets).values() for name in bodies]
         return {name: everybody[name] for name in names if not everybody[name].four_legged}
 
     @cached_property
@@ -82,30 +82,30 @@ class Onto:
     @cached_property
     def by_body(self) -> Mapping[str, Sequence[str]]:
         """Body -> takes."""
-        found: dict[str, list[str]] = {}
+        takes: dict[str, list[str]] = {}
         for take, names in self.chosen.items():
             for name in names:
-                found.setdefault(name, []).append(take)
-        return {name: found[name] for name in self.cast if name in found}
+                takes.setdefault(name, []).append(take)
+        return {name: takes[name] for name in self.cast if name in takes}
 
     def motion(self, take: str, name: str) -> Motion:
         """A whole take by a body. Raises Unusable where it fails a check."""
-        kept = self._kept(take)
-        faults = json.loads(kept.metadata()["faults"])
+        stored = self._stored(take)
+        faults = json.loads(stored.metadata()["faults"])
         if name in faults:
             raise Unusable(take, f"{name}: {faults[name]}")
-        rotations, root = (kept.get_tensor(f"{name} {key}") for key in ("rotations", "root"))
-        return self.cast[name].motion(unit(rotations), root, float(kept.metadata()["fps"]))
+        rotations, root = (stored.get_tensor(f"{name} {key}") for key in ("rotations", "root"))
+        return self.cast[name].motion(unit(rotations), root, float(stored.metadata()["fps"]))
 
     def performance(self, take: str, first: int, end: int) -> _Window:
-        return _Window(self, take, self._kept(take), slice(first, end))
+        return _Window(self, take, self._stored(take), slice(first, end))
 
-    def _kept(self, take: str) -> Any:
+    def _stored(self, take: str) -> Any:
         name = f"{take}-{digest(self.data.content_of(take))}"
         path = cache_folder() / "cmu" / slug(self.identity) / f"{slug(name)}.safetensors"
-        return stored(Path(path), lambda: self._made(take))
+        return stored(Path(path), lambda: self._retargeted(take))
 
-    def _made(self, take: str) -> tuple[Tensors, Facts]:
+    def _retargeted(self, take: str) -> tuple[Tensors, Facts]:
         method, source = bound.method(METHOD).built, self.data.motion(take)
         labels = _planted(source)
         tensors = _tensors(source, labels)
@@ -115,13 +115,13 @@ class Onto:
             if why := method.supports(source.character, body):
                 faults[name] = why
                 continue
-            made = method.retarget(source, body, context=Context())
-            assert isinstance(made, Motion)
-            if why := fault(source, made):
+            motion = method.retarget(source, body, context=Context())
+            assert isinstance(motion, Motion)
+            if why := fault(source, motion):
                 faults[name] = why
                 continue
-            own = {role: label & labels.get(role, label) for role, label in _planted(made).items()}
-            tensors |= _tensors(made, own)
+            own = {role: label & labels.get(role, label) for role, label in _planted(motion).items()}
+            tensors |= _tensors(motion, own)
         return tensors, {"faults": json.dumps(faults), "fps": repr(source.fps)}
 
 
@@ -148,10 +148,10 @@ class _Window:
 
     exact, kind = False, ""
 
-    def __init__(self, onto: Onto, take: str, kept: Any, frames: slice) -> None:
-        self._onto, self._kept, self._frames = onto, kept, frames
+    def __init__(self, onto: Onto, take: str, stored: Any, frames: slice) -> None:
+        self._onto, self._stored, self._frames = onto, stored, frames
         self.clip = f"{take}@{frames.start}"
-        faults = json.loads(kept.metadata()["faults"])
+        faults = json.loads(stored.metadata()["faults"])
         self._performer = onto.data.body(take)
         names = [name for name in onto.chosen[take] if name not in faults]
         self.able: Sequence[str] = (self._performer.name, *names)
@@ -160,26 +160,27 @@ class _Window:
         performer = self._performer
         body = performer if name == performer.name else self._onto.cast[name]
         rotations, root, labels = (
-            self._kept.get_slice(f"{name} {key}")[self._frames] for key in ("rotations", "root", "planted")
+            self._stored.get_slice(f"{name} {key}")[self._frames]
+            for key in ("rotations", "root", "planted")
         )
-        motion = body.motion(unit(rotations), root, float(self._kept.metadata()["fps"]))
+        motion = body.motion(unit(rotations), root, float(self._stored.metadata()["fps"]))
         return Performed(motion, Contacts(tuple(_roles(body)), labels))
 
 
-def fault(source: Motion, made: Motion) -> str:
+def fault(source: Motion, answer: Motion) -> str:
     """The check that a retargeted motion fails, as a clause; "" where it fails none: foot contacts, speed
     of joints, depth below the floor."""
-    theirs, ours = _planted(source), _planted(made)
-    roles = [role for role in theirs if role in ours]
-    resting = sum(int(theirs[role].sum()) for role in roles)
-    kept = sum(int((theirs[role] & ours[role]).sum()) for role in roles)
-    if resting >= LEAST_RESTING and kept < LEAST_RECALL * resting:
-        return f"feet lose contact (recall {kept / resting:.2f})"
-    fastest, allowed = _fastest(made), max(FASTER * _fastest(source), FAST)
+    source_contacts, answer_contacts = _planted(source), _planted(answer)
+    roles = [role for role in source_contacts if role in answer_contacts]
+    resting = sum(int(source_contacts[role].sum()) for role in roles)
+    held = sum(int((source_contacts[role] & answer_contacts[role]).sum()) for role in roles)
+    if resting >= LEAST_RESTING and held < LEAST_RECALL * resting:
+        return f"feet lose contact (recall {held / resting:.2f})"
+    fastest, allowed = _fastest(answer), max(FASTER * _fastest(source), FAST)
     if fastest > allowed:
         return f"a joint turns too fast ({np.degrees(fastest):.0f} degrees a frame)"
-    shared = source.character.joint_of.keys() & made.character.joint_of.keys()
-    depth = _lowest(made, shared) - _lowest(source, shared)
+    shared = source.character.joint_of.keys() & answer.character.joint_of.keys()
+    depth = _lowest(answer, shared) - _lowest(source, shared)
     if depth < -LOWER:
         return f"goes below the floor (by {-depth:.2f} heights)"
     return ""

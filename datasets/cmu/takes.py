@@ -21,12 +21,12 @@ _OF_A_FIGURE = re.compile(r"s(?P<performer>\d{1,3})t(?P<take>\d{1,2})")
 
 
 def performer(take: str) -> str:
-    """Whose skeleton a take has: the subject of CMU's number (two digits at least), or a figure's name; ""
-    where the name is no take's."""
-    found = _TAKE.fullmatch(take)
-    if not found:
+    """The owner of a take's skeleton: the subject of CMU's number (two digits at least), or a figure's
+    name; "" where the name is no take's."""
+    match = _TAKE.fullmatch(take)
+    if not match:
         return ""
-    name = found["performer"]
+    name = match["performer"]
     return f"{int(name):02d}" if name.isdigit() else name.lower()
 
 

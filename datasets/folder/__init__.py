@@ -22,15 +22,15 @@ from retarget_bench.motion.files.reading import Reading
 from retarget_bench.plugins.code_hash import code_hash, package_code
 from retarget_bench.training.lazy_clips import Cast, NamedClips, manifest
 
-from .bodies import LAYOUTS, ROUNDING, Found, find
+from .bodies import LAYOUTS, ROUNDING, Files, find
 
-_KEPT = 64
+_CACHED = 64
 """So many motions a process keeps."""
 Protocol = Literal["all", "split", "train"]
 Part = Literal["test", "validation"]
 
 TENTHS = ("test", "test", "validation", *["train"] * 7)
-"""What protocol=split does with each tenth of the names of clips."""
+"""The part of each tenth of the names of clips with protocol=split."""
 STILL = 1e-4
 """Share of a body's height within which something counts as not moving at all."""
 
@@ -97,17 +97,17 @@ class Folder:
         self._protocol, self._part = protocol, part
         self._inner, self._rate, self._body_model = inner_positions, rate, body_model
         self._dropped: dict[str, str] = {}
-        self._read = lru_cache(maxsize=_KEPT)(self._import)
+        self._read = lru_cache(maxsize=_CACHED)(self._import)
         self._character = lru_cache(maxsize=None)(self._model)
 
     # ------------------------------------------------------------------------------- the contract
     @property
     def content(self) -> str:
         """A hash of the files' bytes and of how they are read."""
-        named = {
-            f"{name}/{clip}": path for name, own in self._found.bodies.items() for clip, path in own.items()
+        paths = {
+            f"{name}/{clip}": path for name, own in self._files.bodies.items() for clip, path in own.items()
         }
-        files = fingerprint({name: self._found.entries[path] for name, path in named.items()})
+        files = fingerprint({name: self._files.entries[path] for name, path in paths.items()})
         overrides = self._reading.overrides
         roles = digest(repr(sorted(overrides.items()))) if overrides else "found"
         protocol = "" if self._protocol == "all" else f", protocol {self._protocol}, {self._part}"
@@ -115,7 +115,7 @@ class Folder:
         how += f", rate {self._rate:g}" if self._rate else ""
         how += ", baked" if self._inner == "bake" else ""
         how += f", bodies {self._shapes}" if self._body_model else ""
-        if any(format_of(path) is not BVH for path in named.values()):
+        if any(format_of(path) is not BVH for path in paths.values()):
             # BVH's reader counts as code of every method
             how += f", readers {code_hash(package_code('motion.files'))}"
         return f"{files} ({how}{protocol})"
@@ -128,51 +128,53 @@ class Folder:
 
     @property
     def label(self) -> str:
-        aim = f" to {self._found.targets[0]}" if self._target else ""
+        aim = f" to {self._files.targets[0]}" if self._target else ""
         protocol = "" if self._protocol == "all" else f", {self._protocol}"
         part = ", validation" if self._part == "validation" else ""
         return f"folder {Path(self._root).name}{aim}{protocol}{part}"
 
     @cached_property
     def notes(self) -> Sequence[str]:
-        found = list(self._unread)
+        notes = list(self._unread)
         if self._protocol == "train":
-            found.insert(0, "every clip is trained on (protocol=train), and none is a case")
+            notes.insert(0, "every clip is trained on (protocol=train), and none is a case")
         elif not self._any(self._part):
-            found.insert(0, f"protocol=split keeps none of {self._count} for {self._part}")
+            notes.insert(0, f"protocol=split keeps none of {self._count} for {self._part}")
         paired = sum(self._paired(info.source, info.target, info.clip) for info in self._infos)
         if paired < len(self._infos):
             without = len(self._infos) - paired
-            found.append(
+            notes.append(
                 f"{without} of {len(self._infos)} cases have no reference: reference-free metrics only"
             )
         if self._unequal:
-            found.append(f"clips of the same name but of unequal length: {some(self._unequal, 5)}")
-        return tuple(found)
+            notes.append(f"clips of the same name but of unequal length: {some(self._unequal, 5)}")
+        return tuple(notes)
 
     @cached_property
     def _unread(self) -> Sequence[str]:
         """Notes on files and bodies that no case uses."""
-        found = []
-        broken = {path: entry.problem for path, entry in self._found.entries.items() if entry.problem}
+        notes = []
+        broken = {path: entry.problem for path, entry in self._files.entries.items() if entry.problem}
         if broken:
-            named = [f"{path.name} ({problem})" for path, problem in broken.items()]
-            found.append(
-                f"{len(named)} of {len(self._found.entries)} files cannot be read: {some(named, 5)}"
+            unreadable = [f"{path.name} ({problem})" for path, problem in broken.items()]
+            notes.append(
+                f"{len(unreadable)} of {len(self._files.entries)} files cannot be read: "
+                f"{some(unreadable, 5)}"
             )
         if problems := self._models[1]:
-            told = [f"{body} ({problem})" for body, problem in problems.items()]
-            found.append(
-                f"{len(told)} bod{'y' if len(told) == 1 else 'ies'} cannot be used: {some(told, 5)}"
+            unusable = [f"{body} ({problem})" for body, problem in problems.items()]
+            notes.append(
+                f"{len(unusable)} bod{'y' if len(unusable) == 1 else 'ies'} cannot be used: "
+                f"{some(unusable, 5)}"
             )
-        moving = [f"{body}, {told}" for body, told in sorted(self._dropped.items())]
-        found += [f"{told} (inner_positions=bake fits rotations to that)" for told in moving]
-        return tuple(found)
+        dropped = [f"{body}, {words}" for body, words in sorted(self._dropped.items())]
+        notes += [f"{words} (inner_positions=bake fits rotations to that)" for words in dropped]
+        return tuple(notes)
 
     def characters(self) -> Mapping[str, Character]:
         """Those of the cases and, unless every clip is a case, those that are trained on."""
         names = {name for info in self._infos for name in (info.source, info.target)}
-        names |= {name for mine in self.training().values() for name in mine}
+        names |= {name for bodies in self.training().values() for name in bodies}
         return {name: self._character(name) for name in sorted(names)}
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
@@ -188,7 +190,7 @@ class Folder:
 
     def motion(self, body: str, clip: str) -> Motion:
         """The motion of a body in a clip, as its own character where the file has that body exactly."""
-        path = self._found.bodies.get(body, {}).get(clip)
+        path = self._files.bodies.get(body, {}).get(clip)
         if path is None:
             raise BenchError(f"{self._root} holds no clip {clip!r} of {body!r}")
         return self._read(body, path)
@@ -196,13 +198,13 @@ class Folder:
     # ------------------------------------------------------------------------------- to train on
     def training(self) -> Cast:
         """Structure -> body -> those of its clips that the protocol keeps for training."""
-        found: dict[str, dict[str, NamedClips]] = {}
+        cast: dict[str, dict[str, NamedClips]] = {}
         if self._protocol != "all":
-            for body in filter(self._models[0].__contains__, self._found.sources):
-                if mine := self._clips(body, "train"):
-                    clips = NamedClips(mine, partial(self._trained, body))
-                    found.setdefault(self._character(body).structure, {})[body] = clips
-        return found
+            for body in filter(self._models[0].__contains__, self._files.sources):
+                if names := self._clips(body, "train"):
+                    clips = NamedClips(names, partial(self._trained, body))
+                    cast.setdefault(self._character(body).structure, {})[body] = clips
+        return cast
 
     def _trained(self, body: str, clip: str) -> Motion:
         """Raises Unusable where the file cannot be read, or holds no motion of a whole body."""
@@ -233,34 +235,34 @@ class Folder:
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
         """Bodies, structures and clips that training and its validation have: what weights carry."""
-        aside = [clip for body in self._found.sources for clip in self._clips(body, "validation")]
+        aside = [clip for body in self._files.sources for clip in self._clips(body, "validation")]
         return manifest(self.training(), aside)
 
     def _clips(self, body: str, part: str) -> tuple[str, ...]:
         """Those of a body's clips that are of a part."""
-        return tuple(clip for clip in self._found.sources[body] if part_of(clip, self._protocol) == part)
+        return tuple(clip for clip in self._files.sources[body] if part_of(clip, self._protocol) == part)
 
     def _any(self, part: str) -> bool:
-        return any(self._clips(body, part) for body in self._found.sources)
+        return any(self._clips(body, part) for body in self._files.sources)
 
     @property
     def _count(self) -> str:
-        clips = len({clip for own in self._found.sources.values() for clip in own})
+        clips = len({clip for own in self._files.sources.values() for clip in own})
         return f"{clips} clip{'s' * (clips > 1)}"
 
     # ------------------------------------------------------------------------------- what there is
     @cached_property
-    def _found(self) -> Found:
+    def _files(self) -> Files:
         return find(self._root, self._target)
 
     @cached_property
     def _infos(self) -> tuple[CaseInfo, ...]:
         infos = []
         usable = self._models[0]
-        for source in filter(usable.__contains__, self._found.sources):
+        for source in filter(usable.__contains__, self._files.sources):
             for clip in self._clips(source, self._part):
-                path = self._found.sources[source][clip]
-                for target in filter(usable.__contains__, self._found.targets):
+                path = self._files.sources[source][clip]
+                for target in filter(usable.__contains__, self._files.targets):
                     case = f"{self.card.name}/{source}>{target}/{clip}"
                     same = usable[source].structure == usable[target].structure
                     split = "self" if source == target else "intra" if same else "cross"
@@ -274,52 +276,52 @@ class Folder:
         """Clips that would be pairs but for their lengths."""
         if self._pairs == "none":
             return []
-        named = (info for info in self._infos if info.clip in self._found.bodies[info.target])
-        return sorted({x.clip for x in named if not self._paired(x.source, x.target, x.clip)})
+        infos = (info for info in self._infos if info.clip in self._files.bodies[info.target])
+        return sorted({x.clip for x in infos if not self._paired(x.source, x.target, x.clip)})
 
     # ------------------------------------------------------------------------------- one at a time
     def _paired(self, source: str, target: str, clip: str) -> bool:
         """True where the target's clip of that name is the reference."""
         if source == target:
             return True
-        theirs = self._found.bodies[target].get(clip)
-        if self._pairs == "none" or theirs is None:
+        target_clip = self._files.bodies[target].get(clip)
+        if self._pairs == "none" or target_clip is None:
             return False
-        mine = self._found.bodies[source][clip]
-        rates = self._fps_of(mine), self._fps_of(theirs)
+        source_clip = self._files.bodies[source][clip]
+        rates = self._fps_of(source_clip), self._fps_of(target_clip)
         same_rate = bool(self._fps) or abs(rates[0] - rates[1]) < 1e-3 * rates[0]
-        return same_rate and self._frames(mine) == self._frames(theirs)
+        return same_rate and self._frames(source_clip) == self._frames(target_clip)
 
     def _frames(self, path: Path) -> int:
-        frames = self._found.entries[path].frames
+        frames = self._files.entries[path].frames
         return resampled_frames(frames, self._fps_of(path), self._fps) if self._fps else frames
 
     def _fps_of(self, path: Path) -> float:
-        return self._rate or self._found.entries[path].fps
+        return self._rate or self._files.entries[path].fps
 
     @cached_property
     def _models(self) -> tuple[dict[str, Character], dict[str, str]]:
         """Every body that can be used, and why others cannot."""
         models, problems = {}, {}
-        for body in self._found.bodies:
+        for body in self._files.bodies:
             try:
                 models[body] = self._character(body)
             except BenchError as error:
                 problems[body] = str(error)
-        if not set(models) & set(self._found.sources) or not set(models) & set(self._found.targets):
-            told = [f"{body} ({problem})" for body, problem in problems.items()]
+        if not set(models) & set(self._files.sources) or not set(models) & set(self._files.targets):
+            unusable = [f"{body} ({problem})" for body, problem in problems.items()]
             raise BenchError(
-                f"no body of {self._root} and {self._target or 'itself'} can be used: {some(told)}"
+                f"no body of {self._root} and {self._target or 'itself'} can be used: {some(unusable)}"
             )
         return models, problems
 
     def _model(self, body: str) -> Character:
         """The body as its first clip has it; what that drops of the motion is kept for the notes."""
-        path = next(iter(self._found.bodies[body].values()))
-        found = self._fresh(body, path)
-        if found.findings.dropped:
-            self._dropped[body] = f"{path.name}: {found.findings.dropped}"
-        return found.motion.character
+        path = next(iter(self._files.bodies[body].values()))
+        imported = self._fresh(body, path)
+        if imported.findings.dropped:
+            self._dropped[body] = f"{path.name}: {imported.findings.dropped}"
+        return imported.motion.character
 
     def _import(self, body: str, path: Path) -> Motion:
         motion = self._fresh(body, path).motion
@@ -336,7 +338,7 @@ class Folder:
 
     @cached_property
     def _reading(self) -> Reading:
-        """How all files are read."""
+        """The reading of all files."""
         return Reading(
             unit=self._unit,
             up=self._up,

@@ -30,7 +30,7 @@ Bodies = dict[str, dict[str, Path]]
 
 
 @dataclass(frozen=True)
-class Found:
+class Files:
     """The bodies and clips found.
 
     sources: the bodies of ``root``, with the clips that can be read.
@@ -45,7 +45,7 @@ class Found:
     entries: Mapping[Path, CatalogueEntry]
 
 
-def find(root: str, target: str) -> Found:
+def find(root: str, target: str) -> Files:
     """Look at ``root`` and, where it is not "", at ``target``: files, or folders of files.
 
     Raises BenchError where there is nothing to work with, saying what is there instead.
@@ -63,16 +63,16 @@ def find(root: str, target: str) -> Found:
         problems = [f"{path.name} ({entry.problem})" for path, entry in entries.items()]
         raise BenchError(f"none of the files of {root} can be read: {some(problems, 5)}")
     if not target:
-        return Found(sources, tuple(sources), sources, entries)
+        return Files(sources, tuple(sources), sources, entries)
     clips = _readable(aim, entries)
     if not clips:
         raise FileError(target, "; ".join(entries[path].problem for path in aim.values()))
     files = {path.resolve() for path in clips.values()}
     for name, own in sources.items():
         if files <= {path.resolve() for path in own.values()}:
-            return Found(sources, (name,), sources, entries)
+            return Files(sources, (name,), sources, entries)
     name = free_name(Path(target).stem, sources)
-    return Found(sources, (name,), {**sources, name: clips}, entries)
+    return Files(sources, (name,), {**sources, name: clips}, entries)
 
 
 def _sources(root: Path) -> tuple[dict[str, Path], Bodies]:
@@ -80,7 +80,7 @@ def _sources(root: Path) -> tuple[dict[str, Path], Bodies]:
     if root.is_file():
         return motions_of(root), {}
     loose = motion_files(root)
-    inside = {each.name: found for each in subfolders(root) if (found := motion_files(each))}
+    inside = {each.name: files for each in subfolders(root) if (files := motion_files(each))}
     if not loose and not inside:
         raise BenchError(f"{root} holds no motion files ({LAYOUTS}); it holds {contents(root)}")
     return loose, inside
@@ -99,14 +99,14 @@ def _readable(files: Mapping[str, Path], entries: Mapping[Path, CatalogueEntry])
 
 def _group(loose: Mapping[str, Path], entries: Mapping[Path, CatalogueEntry], bodies: Bodies) -> None:
     """Loose files, put to the bodies that they show; a body is named after its first file."""
-    known: dict[str, tuple[str, Hierarchy]] = {}
+    models: dict[str, tuple[str, Hierarchy]] = {}
     for clip, path in loose.items():
         text = entries[path].hierarchy
-        if text not in known:
+        if text not in models:
             own = hierarchy_of(path)
-            twin = next((name for name, other in known.values() if _same_bones(own, other)), None)
-            known[text] = (twin or free_name(clip, bodies), own)
-        bodies.setdefault(known[text][0], {})[clip] = path
+            twin = next((name for name, other in models.values() if _same_bones(own, other)), None)
+            models[text] = (twin or free_name(clip, bodies), own)
+        bodies.setdefault(models[text][0], {})[clip] = path
 
 
 def _same_bones(one: Hierarchy, other: Hierarchy) -> bool:

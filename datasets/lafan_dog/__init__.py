@@ -82,12 +82,12 @@ class LafanDog:
     @property
     def content(self) -> str:
         """A hash of the bytes of the takes and of how they are read, split and cut."""
-        named = {
+        paths = {
             f"{species}/{name}": self._entries[path]
-            for species, mine in self._takes.found.items()
-            for name, path in mine.items()
+            for species, takes in self._takes.files.items()
+            for name, path in takes.items()
         }
-        return f"{fingerprint(named)} ({self._split}, {self._seconds:g} s, {self._part})"
+        return f"{fingerprint(paths)} ({self._split}, {self._seconds:g} s, {self._part})"
 
     @property
     def label(self) -> str:
@@ -101,14 +101,14 @@ class LafanDog:
         for species in SPECIES:
             names = [name for name, part in takes.part[species].items() if part == self._part]
             of_part.append(f"{species}: {some(names, 12) or 'none'}")
-        found = ["; ".join(of_part), AS_IN_PAN if takes.pan else OWN, DEPENDENT]
+        notes = ["; ".join(of_part), AS_IN_PAN if takes.pan else OWN, DEPENDENT]
         if takes.others:
-            named = some([path.name for path in takes.others], 4)
-            found.append(f"{len(takes.others)} files left out, no takes of this protocol by name: {named}")
+            listed = some([path.name for path in takes.others], 4)
+            notes.append(f"{len(takes.others)} files left out, no takes of this protocol by name: {listed}")
         if self._problems:
-            named = some([f"{name} ({why})" for name, why in self._problems.items()], 4)
-            found.append(f"{len(self._problems)} takes left out: {named}")
-        return tuple(found)
+            listed = some([f"{name} ({why})" for name, why in self._problems.items()], 4)
+            notes.append(f"{len(self._problems)} takes left out: {listed}")
+        return tuple(notes)
 
     def characters(self) -> Mapping[str, Character]:
         return {species: self._motions.body(species) for species in SPECIES}
@@ -143,12 +143,12 @@ class LafanDog:
     def training(self) -> Cast:
         """Structure -> character -> clips of takes that are neither tested nor in ``validation``."""
         clips = {clip.name: clip for clip in self._clips["train"]}
-        found = {}
+        cast = {}
         for species in SPECIES:
-            if mine := [name for name, clip in clips.items() if clip.species == species]:
-                read = NamedClips(mine, lambda name: self._motions.clip(clips[name]))
-                found[self._motions.body(species).structure] = {species: read}
-        return found
+            if names := [name for name, clip in clips.items() if clip.species == species]:
+                read = NamedClips(names, lambda name: self._motions.clip(clips[name]))
+                cast[self._motions.body(species).structure] = {species: read}
+        return cast
 
     def validation(self) -> LafanDog:
         """The validation part: takes of its own."""
@@ -171,18 +171,18 @@ class LafanDog:
 
     @cached_property
     def _entries(self) -> Mapping[Path, CatalogueEntry]:
-        files = [path for mine in self._takes.found.values() for path in mine.values()]
+        files = [path for takes in self._takes.files.values() for path in takes.values()]
         return catalogue(self._takes.root, files)
 
     @cached_property
     def _motions(self) -> Motions:
         usable = {
-            species: {name: path for name, path in mine.items() if not self._unusable(path)}
-            for species, mine in self._takes.found.items()
+            species: {name: path for name, path in takes.items() if not self._unusable(path)}
+            for species, takes in self._takes.files.items()
         }
-        for species, mine in usable.items():
-            if not mine:
-                path = next(iter(self._takes.found[species].values()))
+        for species, takes in usable.items():
+            if not takes:
+                path = next(iter(self._takes.files[species].values()))
                 raise BenchError(f"no take of a {species} can be used: {path}: {self._unusable(path)}")
         return Motions(usable)
 
@@ -201,15 +201,15 @@ class LafanDog:
     @cached_property
     def _clips(self) -> Mapping[Part, list[Clip]]:
         """Clips by part, of takes that can be read and are of the species' body."""
-        found: dict[Part, list[Clip]] = {"train": [], "validation": [], "test": []}
+        by_part: dict[Part, list[Clip]] = {"train": [], "validation": [], "test": []}
         for species in SPECIES:
-            for name, path in self._takes.found[species].items():
+            for name, path in self._takes.files[species].items():
                 if name not in self._problems:
                     entry = self._entries[path]
                     frames = resampled_frames(entry.frames, entry.fps, FPS)
                     clips = cut(species, name, frames, round(self._seconds * FPS))
-                    found[self._takes.part[species][name]] += clips
-        return found
+                    by_part[self._takes.part[species][name]] += clips
+        return by_part
 
     @cached_property
     def _listed(self) -> Mapping[str, Clip]:
@@ -218,13 +218,13 @@ class LafanDog:
     @cached_property
     def _problems(self) -> Mapping[str, str]:
         """Takes that are left out, and why."""
-        found = {}
+        problems = {}
         for species in SPECIES:
-            for name, path in self._takes.found[species].items():
+            for name, path in self._takes.files[species].items():
                 problem = self._unusable(path) or self._motions.misfit(species, name)
                 if problem:
-                    found[name] = problem
-        return found
+                    problems[name] = problem
+        return problems
 
     def _info(self, clip: Clip, target: str) -> CaseInfo:
         return CaseInfo(

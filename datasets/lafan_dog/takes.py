@@ -25,7 +25,7 @@ TAKES = {
     PERSON: re.compile(r"(?P<recording>[A-Za-z]+\d+)_subject(?P<subject>\d+)"),
     DOG: re.compile(r"D1_(?P<recording>[0-9a-z]+?)z?_KAN\d+_\d+"),
 }
-"""What takes are called in LAFAN1 and in MANN's archive; takes of one recording go to one part."""
+"""Names of takes in LAFAN1 and in MANN's archive; takes of one recording go to one part."""
 LIKE = {PERSON: "walk1_subject1.bvh", DOG: "D1_009_KAN01_001.bvh"}
 EXAMPLE = "DIR holds two folders, as in DIR/lafan1/walk1_subject1.bvh and DIR/dog/D1_009_KAN01_001.bvh"
 
@@ -59,27 +59,27 @@ ROUNDING = 1e-3
 PLAUSIBLE = {PERSON: (1.2, 2.5), DOG: (0.4, 1.6)}
 """Metres of role height of a body that was read in the right unit."""
 MISFIT = "has bones of another length than the others of its species"
-KEPT = 8
+CACHED = 8
 """So many takes a process keeps."""
 
 
 @dataclass(frozen=True)
 class Takes:
-    """The files of a part's takes. found: species -> take -> file, sorted by name.
+    """The files of a part's takes. files: species -> take -> file, sorted by name.
 
     part:  species -> take -> which part it belongs to. pan: whether people are split as in the paper.
     others: files that are no takes by their names, or that the protocol leaves out.
     """
 
     root: Path
-    found: Mapping[str, Mapping[str, Path]]
+    files: Mapping[str, Mapping[str, Path]]
     part: Mapping[str, Mapping[str, Part]]
     pan: bool
     others: tuple[Path, ...]
 
 
 def find(root: str, folders: Mapping[str, str], protocol: Protocol) -> Takes:
-    """Look at the folders; raises BenchError that says what is there instead and what to give.
+    """Look at the folders; raises BenchError with what is there instead and what to give.
 
     folders: species -> its folder, under ``root`` or on its own.
     """
@@ -99,11 +99,11 @@ def find(root: str, folders: Mapping[str, str], protocol: Protocol) -> Takes:
             )
     files = {species: bvh_files(top / folders[species]) for species in SPECIES}
     takes = {
-        species: {name: path for name, path in mine.items() if TAKES[species].fullmatch(name)}
-        for species, mine in files.items()
+        species: {name: path for name, path in paths.items() if TAKES[species].fullmatch(name)}
+        for species, paths in files.items()
     }
-    for species, mine in takes.items():
-        if not mine:
+    for species, paths in takes.items():
+        if not paths:
             folder, like = top / folders[species], LIKE[species]
             there = f"its BVH files are {some(list(files[species]))}" if files[species] else ""
             there = there or f"it holds {contents(folder)}"
@@ -178,12 +178,12 @@ class Motions:
     _actions: dict[Clip, Action] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._kept = lru_cache(maxsize=KEPT)(self._read)
+        self._kept = lru_cache(maxsize=CACHED)(self._read)
 
     def body(self, species: str) -> Character:
         """Raises BenchError where no take can be read, or what is read is no person or dog."""
         if species not in self._bodies:
-            self._bodies[species] = self._found(species)
+            self._bodies[species] = self._first_body(species)
         return self._bodies[species][1]
 
     def misfit(self, species: str, name: str) -> str:
@@ -213,11 +213,11 @@ class Motions:
             raise FileError(path, MISFIT)
         return body.motion(motion.rotations, motion.root, motion.fps)
 
-    def _found(self, species: str) -> tuple[Path, Character]:
+    def _first_body(self, species: str) -> tuple[Path, Character]:
         problems = []
         for path in self.files[species].values():
             try:
-                return path, _named(species, _imported(path).character, path)
+                return path, _plausible(species, _imported(path).character, path)
             except FileError as error:
                 problems.append(str(error))
         raise BenchError(f"no take of a {species} can be used: {problems[0]}")
@@ -228,11 +228,11 @@ def _imported(path: Path) -> Motion:
     return importer.load(path, Reading(unit="cm", up="y", root_place="absolute"), fps=FPS).motion
 
 
-def _named(species: str, found: Character, path: Path) -> Character:
+def _plausible(species: str, character: Character, path: Path) -> Character:
     low, high = PLAUSIBLE[species]
-    if found.four_legged != (species == DOG):
-        legs = "four legs" if found.four_legged else "two legs"
+    if character.four_legged != (species == DOG):
+        legs = "four legs" if character.four_legged else "two legs"
         raise FileError(path, f"shows a body on {legs}, which is no {species}")
-    if not low < found.height < high:
-        raise FileError(path, f"read in centimetres, its {species} is {found.height:.3g} m high")
-    return replace(found, name=species, structure=f"{STRUCTURES[species]}{len(found.skeleton)}")
+    if not low < character.height < high:
+        raise FileError(path, f"read in centimetres, its {species} is {character.height:.3g} m high")
+    return replace(character, name=species, structure=f"{STRUCTURES[species]}{len(character.skeleton)}")

@@ -133,9 +133,9 @@ class Mixamo:
     @cached_property
     def _files(self) -> dict[str, dict[str, Path]]:
         """The files that the protocol asks for: character -> clip -> path."""
-        asked = set(self._selection.clips)
+        selected = set(self._selection.clips)
         return {
-            name: {clip: path for clip, path in self._layout.clips[name].items() if clip in asked}
+            name: {clip: path for clip, path in self._layout.clips[name].items() if clip in selected}
             for name in self._selection.characters
         }
 
@@ -162,10 +162,10 @@ class Mixamo:
     @property
     def content(self) -> str:
         """A hash of the bytes of the files that the protocol asks for, and how they are read."""
-        named = {
+        paths = {
             f"{who}/{clip}": path for who, clips in self._files.items() for clip, path in clips.items()
         }
-        files = fingerprint({name: self._entries[path] for name, path in named.items()})
+        files = fingerprint({name: self._entries[path] for name, path in paths.items()})
         how = f"{self._fps:g} fps, {self._structure}, {self._unit}, multiple of {self._selection.multiple}"
         return f"{files} ({how})"
 
@@ -178,29 +178,29 @@ class Mixamo:
             return f"mixamo fold {self._fold} of {protocols.FOLDS}{self._variant}"
         if self._protocol == "all":
             return f"mixamo{self._variant}"
-        asked, pairs, found = self._asked_clips, protocols.SAN_PAIRS, self._listing
+        expected, pairs, listing = self._expected_clips, protocols.SAN_PAIRS, self._listing
         if self._whole_san:
-            return f"mixamo san ({asked} clips, {pairs} pairs)"
-        return f"mixamo san-partial ({found.clips} of {asked} clips, {found.pairs} of {pairs} pairs)"
+            return f"mixamo san ({expected} clips, {pairs} pairs)"
+        return f"mixamo san-partial ({listing.clips} of {expected} clips, {listing.pairs} of {pairs} pairs)"
 
     @cached_property
     def notes(self) -> Sequence[str]:
-        found = list(self._listing.notes)
+        notes = list(self._listing.notes)
         if self._part == "validation":
-            return (f"{len(self._selection.clips)} clips that no test case shows", *found)
+            return (f"{len(self._selection.clips)} clips that no test case shows", *notes)
         if self._protocol == "san" and not self._whole_san:
-            asked, infos = self._asked_clips, self._listing.infos
-            found.insert(
+            expected, infos = self._expected_clips, self._listing.infos
+            notes.insert(
                 0,
-                f"not the papers' test set but {len(infos)} of its {asked * protocols.SAN_PAIRS} cases, "
-                f"with {self._listing.clips} of {asked} clips and {len({each.target for each in infos})} "
-                f"of {len(protocols.SAN_TARGETS)} target characters: its numbers do not compare with "
-                "published ones",
+                f"not the papers' test set but {len(infos)} of its {expected * protocols.SAN_PAIRS} cases, "
+                f"with {self._listing.clips} of {expected} clips and "
+                f"{len({each.target for each in infos})} of {len(protocols.SAN_TARGETS)} target "
+                "characters: its numbers do not compare with published ones",
             )
         if self._protocol == "folds":
             held = ", ".join(self.held_out) or "no character"
-            found.insert(0, f"fold {self._fold} holds out {held} and {len(self._selection.clips)} clips")
-        return tuple(found)
+            notes.insert(0, f"fold {self._fold} holds out {held} and {len(self._selection.clips)} clips")
+        return tuple(notes)
 
     def characters(self) -> Mapping[str, Character]:
         """Every character of the cases, with the body that most of its clips have."""
@@ -287,21 +287,21 @@ class Mixamo:
         return Mixamo(*same, part)
 
     @property
-    def _asked_clips(self) -> int:
+    def _expected_clips(self) -> int:
         """The clips that SAN's protocol asks for, found or not."""
         return max(protocols.SAN_CLIPS, len(self._selection.clips))
 
     @property
     def _whole_san(self) -> bool:
-        listed = self._layout.listed is not None and self._asked_clips == protocols.SAN_CLIPS
+        listed = self._layout.listed is not None and self._expected_clips == protocols.SAN_CLIPS
         return listed and len(self._listing.infos) == protocols.SAN_CLIPS * protocols.SAN_PAIRS
 
     @property
     def _variant(self) -> str:
         """Parameters that differ from their defaults, for the label."""
-        said = [f"{self._fps:g} fps"] if self._fps != protocols.SAN_FPS else []
-        said += [self._structure] if self._structure != "native" else []
-        return f" ({', '.join(said)})" if said else ""
+        differences = [f"{self._fps:g} fps"] if self._fps != protocols.SAN_FPS else []
+        differences += [self._structure] if self._structure != "native" else []
+        return f" ({', '.join(differences)})" if differences else ""
 
 
 plugin = Mixamo

@@ -1,4 +1,4 @@
-"""Rigs and motions of a Mixamo folder, read when they are asked for and kept while memory allows."""
+"""Rigs and motions of a Mixamo folder, read on access and kept while memory allows."""
 
 from collections import Counter, OrderedDict
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ STRUCTURE_A = "mixamo-A"
 STRUCTURE_B = "mixamo-B"
 """The characters with the suffix ``_m``: a spine joint and both shoulders split in two, ends as joints."""
 PAPER = {STRUCTURE_A: "S23", STRUCTURE_B: "S28"}
-"""What SAN and PAN reduce these to."""
+"""The structures that SAN and PAN reduce these to."""
 _SPLITS = {"Spine1_split", "LeftShoulder_split", "RightShoulder_split"}
 
 
@@ -41,9 +41,9 @@ class Rig:
         return self.native if self.reduction is None else self.reduction.character
 
     def motion(self, recording: bvh.Recording, fps: float) -> Motion:
-        """A recording of this body at the wanted rate, on the joints that cases use."""
-        whole = self.native.motion(recording.rotations, recording.root, recording.fps).resample(fps)
-        return whole if self.reduction is None else self.reduction.apply(whole)
+        """A recording of this body at another rate, on the joints that cases use."""
+        complete = self.native.motion(recording.rotations, recording.root, recording.fps).resample(fps)
+        return complete if self.reduction is None else self.reduction.apply(complete)
 
 
 def rig(name: str, skeleton: Skeleton, structure: str) -> Rig:
@@ -72,14 +72,14 @@ def structure_of(skeleton: Skeleton, roles: Sequence[str | None]) -> str:
         if role is None or not is_body(role):
             continue
         above = parents[joint]
-        while above >= 0 and ((found := roles[above]) is None or not is_body(found)):
+        while above >= 0 and ((ancestor := roles[above]) is None or not is_body(ancestor)):
             above = parents[above]
         lines.append(f"{role} {roles[above] if above >= 0 else '-'}")
     return f"mixamo-{digest(chr(10).join(sorted(lines)), 6)}"
 
 
 KEEP_BYTES = 200_000_000
-"""How much a process keeps of motions that it may be asked for again."""
+"""Bytes of motions that a process keeps in memory."""
 _BYTES_PER_JOINT = 8 * (4 + 3 + 4)
 """Local rotations, and the positions and global rotations that a motion computes once."""
 METRES = {"cm": 0.01, "m": 1.0}
@@ -99,7 +99,7 @@ class Motions:
     unit: str
     multiple: int = 1
     _rigs: dict[tuple[str, str], Rig | BenchError] = field(default_factory=dict)
-    _kept: OrderedDict[Path, Motion] = field(default_factory=OrderedDict)
+    _cache: OrderedDict[Path, Motion] = field(default_factory=OrderedDict)
     _bytes: int = 0
 
     def rig(self, name: str, path: Path, entry: CatalogueEntry) -> Rig:
@@ -107,40 +107,40 @@ class Motions:
         key = (name, entry.hierarchy)
         if key not in self._rigs:
             try:
-                self._rigs[key] = self._made(name, path)
+                self._rigs[key] = self._new_rig(name, path)
             except BenchError as error:
                 self._rigs[key] = error
-        found = self._rigs[key]
-        if isinstance(found, BenchError):
-            raise found
-        return found
+        cached = self._rigs[key]
+        if isinstance(cached, BenchError):
+            raise cached
+        return cached
 
     def motion(self, name: str, path: Path, entry: CatalogueEntry) -> Motion:
         """A file's motion on the joints and at the rate of the cases. Raises BenchError."""
-        if path in self._kept:
-            self._kept.move_to_end(path)
-            return self._kept[path]
+        if path in self._cache:
+            self._cache.move_to_end(path)
+            return self._cache[path]
         motion = self.rig(name, path, entry).motion(self._recording(path), self.fps)
         if motion.frames % self.multiple:
             motion = motion.at(slice(0, motion.frames // self.multiple * self.multiple))
-        self._kept[path] = motion
+        self._cache[path] = motion
         self._bytes += _size(motion)
-        while self._bytes > KEEP_BYTES and len(self._kept) > 1:
-            self._bytes -= _size(self._kept.popitem(last=False)[1])
+        while self._bytes > KEEP_BYTES and len(self._cache) > 1:
+            self._bytes -= _size(self._cache.popitem(last=False)[1])
         return motion
 
     def _recording(self, path: Path) -> bvh.Recording:
         """Mixamo's files state the root's place in the world."""
         return bvh.read(path, root="absolute", scale=METRES[self.unit])
 
-    def _made(self, name: str, path: Path) -> Rig:
-        made = rig(name, self._recording(path).skeleton, self.structure)
-        height = made.native.height
+    def _new_rig(self, name: str, path: Path) -> Rig:
+        built = rig(name, self._recording(path).skeleton, self.structure)
+        height = built.native.height
         if not PLAUSIBLE[0] < height < PLAUSIBLE[1]:
             other = "m" if height < 1 else "cm"
             cure = f"; give unit={other}" if other != self.unit else ""
             raise BenchError(f"{path}: read in {self.unit}, {name} is {height:.3g} m high{cure}")
-        return made
+        return built
 
 
 def _size(motion: Motion) -> int:
@@ -151,19 +151,19 @@ def training_clips(
     motions: Motions, files: Mapping[str, Mapping[str, Path]], entries: Mapping[Path, CatalogueEntry]
 ) -> Cast:
     """Every character with its readable files, under the structure that most of them have."""
-    found: dict[str, dict[str, NamedClips]] = {}
-    for name, mine in files.items():
+    cast: dict[str, dict[str, NamedClips]] = {}
+    for name, paths in files.items():
         structures: dict[str, str] = {}
-        for clip, path in mine.items():
+        for clip, path in paths.items():
             if not entries[path].problem:
                 with suppress(BenchError):  # a body that cannot be used
                     structures[clip] = motions.rig(name, path, entries[path]).character.structure
         if structures:
             usual = Counter(structures.values()).most_common(1)[0][0]
-            kept = [clip for clip, each in structures.items() if each == usual]
+            usable = [clip for clip, each in structures.items() if each == usual]
 
-            def read(clip: str, name: str = name, mine: Mapping[str, Path] = mine) -> Motion:
-                return motions.motion(name, mine[clip], entries[mine[clip]])
+            def read(clip: str, name: str = name, paths: Mapping[str, Path] = paths) -> Motion:
+                return motions.motion(name, paths[clip], entries[paths[clip]])
 
-            found.setdefault(usual, {})[name] = NamedClips(kept, read)
-    return found
+            cast.setdefault(usual, {})[name] = NamedClips(usable, read)
+    return cast

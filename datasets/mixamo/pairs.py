@@ -42,7 +42,7 @@ class Pairs(StoredPairs):
 
 
 def performers(frames: Mapping[str, int]) -> tuple[str, ...]:
-    """Of the characters of a clip, those with the length that most of them have, the longest of equals."""
+    """The characters of a clip with the length that most of them have, the longest of equals."""
     counts = Counter(frames.values())
     usual = max(counts, key=lambda length: (counts[length], length), default=0)
     return tuple(name for name, length in frames.items() if length == usual)

@@ -63,7 +63,7 @@ class Layout:
 
 
 def find(root: str) -> Layout:
-    """Look at the folder; raises BenchError that says what is there instead and what to give."""
+    """Look at the folder; raises BenchError with what is there instead and what to give."""
     if not root:
         raise BenchError(
             "mixamo needs a folder of BVH files that you have got from Mixamo (they may not be passed on): "
@@ -72,8 +72,8 @@ def find(root: str) -> Layout:
     folder = existing(Path(root).expanduser())
     if folder.is_file():
         raise BenchError(f"{folder} is a file: give the folder of all characters. {EXAMPLE}.")
-    clips = {each.name: found for each in _folders(folder) if (found := bvh_files(each))}
-    names = Counter(name for found in clips.values() for name in found)
+    clips = {each.name: files for each in _folders(folder) if (files := bvh_files(each))}
+    names = Counter(name for files in clips.values() for name in files)
     shared = sum(count > 1 for count in names.values())
     if not clips or (shared < 0.5 * len(names) and _deeper(folder)):
         raise BenchError(_no_clips(folder))
@@ -115,8 +115,8 @@ def _no_clips(folder: Path) -> str:
             f"give --root {' or --root '.join(str(each) for each in deeper[:5])}. {EXAMPLE}."
         )
     others = sorted({each.suffix.lower() for each in folder.glob("*/*") if each.is_file() and each.suffix})
-    seen = f"; its folders hold {some(others)} files, and only BVH is read" if others else ""
-    return f"{folder} holds no Character/clip.bvh; it holds {contents(folder)}{seen}. {EXAMPLE}."
+    unread = f"; its folders hold {some(others)} files, and only BVH is read" if others else ""
+    return f"{folder} holds no Character/clip.bvh; it holds {contents(folder)}{unread}. {EXAMPLE}."
 
 
 # ---------------------------------------------------------------------------------------- protocols
@@ -149,7 +149,11 @@ def san(layout: Layout) -> Selection:
     """SAN's test: its clips (``test_list.txt``, else all found), BigVegas and four targets."""
     clips = layout.listed if layout.listed is not None else layout.names
     folders = ((f"{base}_m", base) for base in SAN_TARGETS)  # split rigs carry the suffix
-    targets = [found[0] for names in folders if (found := [name for name in names if name in layout.clips])]
+    targets = [
+        candidates[0]
+        for names in folders
+        if (candidates := [name for name in names if name in layout.clips])
+    ]
     pairs = [(source, target) for source in targets for target in targets]
     structure = dict.fromkeys(targets, "mixamo-B")
     if SAN_SOURCE in layout.clips:
@@ -166,7 +170,7 @@ def fold_of(name: str) -> int:
 
 
 Files = Mapping[str, Mapping[str, Path]]
-_NAMED = 5
+_LISTED = 5
 """So many are named in a note; the rest are counted."""
 
 
@@ -222,9 +226,9 @@ def list_cases(
     for (character, _), clip in clips.items():
         structures.setdefault(character, set()).add(clip.structure)
     notes += [
-        f"the folder {name} holds rigs of {len(found)} structures; each clip counts with its own"
-        for name, found in structures.items()
-        if len(found) > 1
+        f"the folder {name} holds rigs of {len(rigs)} structures; each clip counts with its own"
+        for name, rigs in structures.items()
+        if len(rigs) > 1
     ]
     return listing
 
@@ -233,7 +237,7 @@ def _readable(
     selection: Selection, files: Files, entries: Mapping[Path, CatalogueEntry], motions: Motions
 ) -> tuple[dict[tuple[str, str], Clip], list[str]]:
     """(character, clip) -> its facts, and the notes on files that are left out."""
-    found: dict[tuple[str, str], Clip] = {}
+    readable: dict[tuple[str, str], Clip] = {}
     broken: list[str] = []
     foreign: list[str] = []
     for character, clips in files.items():
@@ -250,14 +254,16 @@ def _readable(
             elif selection.structure.get(character, body) != body:
                 foreign.append(f"{character}/{path.name}")
             else:
-                found[character, name] = Clip(body, resampled_frames(entry.frames, entry.fps, motions.fps))
+                readable[character, name] = Clip(
+                    body, resampled_frames(entry.frames, entry.fps, motions.fps)
+                )
     reasons = ((broken, "cannot be used"), (foreign, "another rig than the protocol's character"))
     notes = [
-        f"{len(names)} file{'s' * (len(names) > 1)} left out, {why}: {some(names, _NAMED)}"
+        f"{len(names)} file{'s' * (len(names) > 1)} left out, {why}: {some(names, _LISTED)}"
         for names, why in reasons
         if names
     ]
-    return found, notes
+    return readable, notes
 
 
 def _dropped(counts: Mapping[str, int], why: str) -> list[str]:
@@ -269,7 +275,7 @@ def _dropped(counts: Mapping[str, int], why: str) -> list[str]:
 
 def _lengths(clips: Mapping[tuple[str, str], Clip], names: Mapping[str, int]) -> str:
     shown = []
-    for name in list(names)[:_NAMED]:
+    for name in list(names)[:_LISTED]:
         each = ", ".join(f"{who} {clip.frames}" for (who, what), clip in clips.items() if what == name)
         shown.append(f"{name} ({each} frames)")
-    return "; ".join(shown) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+    return "; ".join(shown) + (f" and {len(names) - _LISTED} more" if len(names) > _LISTED else "")

@@ -24,7 +24,7 @@ _FLOATS = {4: "<f4", 8: "<f8"}
 
 
 class Archive(Mapping[str, np.ndarray]):
-    """Arrays of an ``.npz`` file by name, each read when it is asked for."""
+    """Arrays of an ``.npz`` file by name, each read on access."""
 
     def __init__(self, content: bytes) -> None:
         self._file = np.load(io.BytesIO(content), allow_pickle=False)
@@ -43,11 +43,11 @@ class Archive(Mapping[str, np.ndarray]):
 def read(folder: Path, name: str) -> bytes:
     """The content of a file. Raises FileError where it is missing, or not as it was written."""
     try:
-        known = json.loads((folder / SUMS).read_text(encoding="utf-8")).get(name)
+        expected = json.loads((folder / SUMS).read_text(encoding="utf-8")).get(name)
         content = (folder / name).read_bytes()
     except (OSError, ValueError, AttributeError) as error:
         raise FileError(folder / name, f"cannot be read ({error}); install the package again") from error
-    if _sum(name, content) != known:
+    if _sum(name, content) != expected:
         raise FileError(
             folder / name, "is damaged (its check sum is another one); install the package again"
         )

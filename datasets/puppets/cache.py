@@ -13,7 +13,7 @@ from retarget_bench.files import cache_folder, read_sealed, slug, write_sealed
 Arrays = Mapping[str, np.ndarray]
 
 
-def kept(identity: str, name: str, names: frozenset[str], build: Callable[[], Arrays]) -> Arrays:
+def cached(identity: str, name: str, names: frozenset[str], build: Callable[[], Arrays]) -> Arrays:
     """The arrays called ``names`` of one clip: from the cache if they are there and whole, else built.
 
     identity: of the corpus; what another generator or seed has kept is never read. A folder that cannot be

@@ -1,4 +1,4 @@
-"""What the frozen corpus of the puppets and the generated ones both offer."""
+"""The common interface of the frozen corpus of the puppets and the generated ones."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Labels:
 
 
 class Cast(Mapping[str, Character]):
-    """Bodies as characters, each made when it is first asked for."""
+    """Bodies as characters, each made on first access."""
 
     def __init__(self, names: Iterable[str], make: Callable[[str], Character]) -> None:
         self._names, self._make, self._made = tuple(names), make, dict[str, Character]()
@@ -112,13 +112,13 @@ T = TypeVar("T", bound=Listed)
 
 
 class Clips(LazyClips[T], Generic[T]):
-    """Training motions of one character, each made when it is first asked for."""
+    """Training motions of one character, each made on first access."""
 
     def __init__(self, character: str, listed: Sequence[T], make: Callable[[T, str], Motion]) -> None:
         super().__init__(listed)
         self.character, self._make = character, make
 
-    def made(self, each: T) -> Motion:
+    def motion(self, each: T) -> Motion:
         return self._make(each, self.character)
 
     @property

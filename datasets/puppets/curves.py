@@ -80,10 +80,10 @@ def lower_envelope(values: np.ndarray, reach: int) -> np.ndarray:
     if reach < 1:
         return values
     ends = np.full(2 * reach, values[0]), np.full(2 * reach, values[-1])
-    padded, kept = np.concatenate([ends[0], values, ends[1]]), len(values) + 2 * reach
-    low = padded[:kept].copy()
+    padded, length = np.concatenate([ends[0], values, ends[1]]), len(values) + 2 * reach
+    low = padded[:length].copy()
     for k in range(1, 2 * reach + 1):
-        np.minimum(low, padded[k : k + kept], out=low)
+        np.minimum(low, padded[k : k + length], out=low)
     return np.convolve(low, _hann(2 * reach + 1), mode="valid")
 
 

@@ -99,9 +99,9 @@ class Puppets:
 
     @property
     def content(self) -> str:
-        made = f"puppets generator {VERSION}, size {self.size}, part {self.part}, seed {self.seed}"
-        made = f"{made}, between legs" if self._legs else made
-        return f"{made}{self._corpus.variant}"
+        text = f"puppets generator {VERSION}, size {self.size}, part {self.part}, seed {self.seed}"
+        text = f"{text}, between legs" if self._legs else text
+        return f"{text}{self._corpus.variant}"
 
     @property
     def label(self) -> str:
@@ -116,11 +116,11 @@ class Puppets:
         clips, left_out = self._corpus.clips, self.exclusions()
         names = {name for short in left_out.values() for name in short}
         bodies, kinds = self._corpus.bodies, len(set(clips.values()))
-        made = f"puppets are generated: {bodies} bodies, {kinds} kinds of performance."
+        summary = f"puppets are generated: {bodies} bodies, {kinds} kinds of performance."
         if not left_out:
-            return (made,)
+            return (summary,)
         return (
-            made,
+            summary,
             f"Left out: {sum(map(len, left_out.values()))} performances of {len(left_out)} of the "
             f"{len(clips)} clips, in which one of {len(names)} bodies cannot reach what it has to touch.",
         )
@@ -162,8 +162,8 @@ class Puppets:
     def motion(self, clip: str | Clip, name: str, manner: Manner = USUAL) -> Motion:
         """The motion of a body in a clip of this part or in one that is listed elsewhere (``matched``), in
         the usual manner or the second one."""
-        found = self._corpus.motion(clip, name, manner) if isinstance(clip, str) else None
-        return self._generated.motion(clip, name, manner) if found is None else found
+        frozen = self._corpus.motion(clip, name, manner) if isinstance(clip, str) else None
+        return self._generated.motion(clip, name, manner) if frozen is None else frozen
 
     def exclusions(self) -> Mapping[str, Mapping[str, float]]:
         """Clip -> body -> metres by which it falls short of what it would have to touch."""

@@ -131,12 +131,12 @@ def _joints(name: str) -> int:
 
 
 def columns(performers: Mapping[str, bool]) -> tuple[Column, ...]:
-    """The motions of a clip in the order of its arrays: everybody's, then second answers of targets.
+    """The motions of a clip in the order of its arrays: all bodies', then second answers of targets.
 
     performers: body -> whether it is the target of a case.
     """
-    asked = [name for name, target in performers.items() if target]
-    return (*((name, USUAL) for name in performers), *((name, SECOND) for name in asked))
+    targets = [name for name, target in performers.items() if target]
+    return (*((name, USUAL) for name in performers), *((name, SECOND) for name in targets))
 
 
 @lru_cache(_HELD)
@@ -214,12 +214,12 @@ class Frozen:
     @cached_property
     def _performed(self) -> Mapping[str, Mapping[str, bool]]:
         """Clip -> the bodies that perform it in any case, and whether they are targets."""
-        found: dict[str, dict[str, bool]] = {}
+        performed: dict[str, dict[str, bool]] = {}
         for clip, source, target in (case for split in SPLITS for case in self._listed(split)):
-            mine = found.setdefault(clip, {})
-            mine.setdefault(source, False)
-            mine[target] = True
-        return found
+            bodies = performed.setdefault(clip, {})
+            bodies.setdefault(source, False)
+            bodies[target] = True
+        return performed
 
     def performers(self) -> Mapping[str, tuple[str, ...]]:
         return {clip: tuple(bodies) for clip, bodies in self._performed.items()}
@@ -238,7 +238,7 @@ class Frozen:
 
         Real motion of bodies that are the target of no case is without a second answer.
         """
-        take, target = self._asked(info), _cast()[info.target]
+        take, target = self._take_of(info), _cast()[info.target]
         source = take.motion(info.source, USUAL)
         if info.target not in self._performed[info.clip]:
             return Case(info, source, target)
@@ -253,7 +253,7 @@ class Frozen:
             touches=self._touches(info.clip, info.target),
         )
 
-    def _asked(self, info: CaseInfo) -> Take:
+    def _take_of(self, info: CaseInfo) -> Take:
         bodies, performers = _index()["bodies"], self._performed.get(info.clip, {})
         if info.source in performers and info.target in bodies:
             legs = bodies[info.source]["family"] != bodies[info.target]["family"]
@@ -275,16 +275,16 @@ class Frozen:
 
     def _touches(self, clip: str, name: str) -> tuple[Touch, ...]:
         """Those on places whose joints the body has."""
-        told = _structure(name)["touches"]
-        points = dict(zip(told, _archive("bodies")[f"{name} touches"], strict=True))
+        touches = _structure(name)["touches"]
+        points = dict(zip(touches, _archive("bodies")[f"{name} touches"], strict=True))
         return tuple(
-            Touch(told[hand][0], points[hand][0], told[hand][1], points[hand][1], rests)
+            Touch(touches[hand][0], points[hand][0], touches[hand][1], points[hand][1], rests)
             for hand, rests in self._touched(clip).items()
-            if hand in told
+            if hand in touches
         )
 
     def labels(self, info: CaseInfo) -> Labels:
-        facts, take = self._facts["clips"][info.clip], self._asked(info)
+        facts, take = self._facts["clips"][info.clip], self._take_of(info)
         kinds = [np.full(frames, kind) for kind, frames in facts["stretches"]]
         return Labels(
             np.concatenate(kinds),
@@ -303,21 +303,21 @@ class Frozen:
         return frozenset(name for name, new in marks.items() if new)
 
     def exclusions(self) -> Mapping[str, Mapping[str, float]]:
-        found: Mapping[str, Mapping[str, float]] = self._facts["exclusions"]
-        return found
+        exclusions: Mapping[str, Mapping[str, float]] = self._facts["exclusions"]
+        return exclusions
 
     def training(self) -> Training:
         return {
             structure: {
-                name: Clips(name, [Listed(clip, frames) for clip, frames in mine.items()], _trained)
-                for name, mine in cast.items()
+                name: Clips(name, [Listed(clip, frames) for clip, frames in listed.items()], _trained)
+                for name, listed in cast.items()
             }
             for structure, cast in _index()["training"].items()
         }
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
-        found: Mapping[str, Sequence[str]] = _index()["manifest"]
-        return found
+        manifest: Mapping[str, Sequence[str]] = _index()["manifest"]
+        return manifest
 
 
 def _trained(clip: Listed, name: str) -> Motion:

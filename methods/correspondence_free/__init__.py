@@ -84,20 +84,21 @@ class CorrespondenceFree:
 
     @property
     def weights_hash(self) -> str:
-        """Of the three stages' weights together; "" where one has none."""
+        """The hash of the three stages' weights together; "" where one has none."""
         each = [stage.weights_hash for stage in self.stages.values()]
         return digest(" ".join(each)) if all(each) else ""
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
-        """What any of the three stages has been trained on; None where one does not say."""
+        """The training data of all three stages; None where one has no manifest."""
         each = [stage.training_manifest for stage in self.stages.values()]
-        known = [manifest for manifest in each if manifest is not None]
-        if len(known) < len(each):
+        manifests = [manifest for manifest in each if manifest is not None]
+        if len(manifests) < len(each):
             return None
-        kinds = sorted({kind for manifest in known for kind in manifest})
+        kinds = sorted({kind for manifest in manifests for kind in manifest})
         return {
-            kind: sorted({name for manifest in known for name in manifest.get(kind, ())}) for kind in kinds
+            kind: sorted({name for manifest in manifests for name in manifest.get(kind, ())})
+            for kind in kinds
         }
 
     # ----------------------------------------------------------------------------------- retargeting
@@ -121,7 +122,7 @@ class CorrespondenceFree:
         return target.surface(vertices, source.fps)
 
     def online(self, target: Character) -> OnlineRetargeter:
-        """What carries a source to a target frame by frame, at the source's first frame."""
+        """A retargeter from a source to a target frame by frame, at the source's first frame."""
         mesh = target.mesh
         assert mesh is not None, f"{target.name} was found unfit"
         return OnlineRetargeter(self.networks, np.asarray(mesh.vertices), mesh.faces)

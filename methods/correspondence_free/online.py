@@ -30,19 +30,19 @@ _ACROSS = tuple(
 )
 _STRAIGHT = 0.35
 """Radians: a target that faces nearer to +Z than this is taken to face +Z."""
-_TOLD = 1e-3
+_DEFINED = 1e-3
 """Hip heights: where hips and shoulders seen from above are closer than this, they show no direction."""
 
 
 class FindsJoints(Protocol):
-    """What is used of the method ``skr``."""
+    """The part of the method ``skr`` that is used."""
 
     def joints(self, points: Sequence[np.ndarray]) -> np.ndarray: ...
     def resting(self, vertices: np.ndarray, faces: np.ndarray) -> np.ndarray: ...
 
 
 class MovesJoints(Protocol):
-    """What is used of the method ``smrm``: its networks, its features and the kind of path."""
+    """The part of the method ``smrm`` that is used: its networks, its features and the kind of path."""
 
     path: root_rules.PathKind
     features: Any
@@ -52,7 +52,7 @@ class MovesJoints(Protocol):
 
 
 class GivesWeights(Protocol):
-    """What is used of the method ``skin``."""
+    """The part of the method ``skin`` that is used."""
 
     def shares(self, points: np.ndarray, joints: np.ndarray) -> np.ndarray: ...
 
@@ -68,7 +68,7 @@ class Networks:
 
 @dataclass(eq=False)
 class Memory:
-    """What a frame leaves to the next.
+    """The state after a frame.
 
     states: of the encoder and of the decoder. legs, frames: sum of leg lengths, metres, and of how many
     frames. joints: ``(1, 22, 3)`` of the last frame. turn, moves: ``(1, 2)`` and ``(1, 3)`` of the last
@@ -117,12 +117,12 @@ class OnlineRetargeter:
         turn = self._facing(joints, units[:, 0])
         hips = joints[:, 0]
         before = np.concatenate([hips[:1] if memory.joints is None else memory.joints[:, 0], hips[:-1]])
-        seen = np.stack([turn.real, turn.imag], axis=-1)
+        direction = np.stack([turn.real, turn.imag], axis=-1)
         places = facing.seen(joints - hips[:, None], turn[:, None]) / units[..., None]
-        moves = self._features.moves(hips / units, before / units, seen)
+        moves = self._features.moves(hips / units, before / units, direction)
         rotations, answered = self._answer(places, moves)
         lead = self._lead(hips, before, self._unit / units)
-        root = self._path(answered, seen, lead, first)
+        root = self._path(answered, direction, lead, first)
         rotations[:, 0] = rotation.multiply(facing.rotation(turn), rotations[:, 0])
         memory.joints = joints[-1:]
         return self.body.motion(rotation.normalise(rotations), root, FPS)
@@ -143,21 +143,21 @@ class OnlineRetargeter:
         return np.asarray(LEG_TO_HIPS * total / counts)
 
     def _facing(self, joints: np.ndarray, units: np.ndarray) -> np.ndarray:
-        """``(frames,)`` unit complex numbers; where it cannot be told, the last that could decides."""
+        """``(frames,)`` unit complex numbers; where it is undefined, the last defined one."""
         forward = _forward(joints)
         size = np.abs(forward)
-        told = size > _TOLD * units
-        last = np.maximum.accumulate(np.where(told, np.arange(len(joints)), -1))
-        known = forward / np.where(told, size, 1.0)
+        defined = size > _DEFINED * units
+        last = np.maximum.accumulate(np.where(defined, np.arange(len(joints)), -1))
+        directions = forward / np.where(defined, size, 1.0)
         before = 1.0 + 0.0j if self.memory.turn is None else complex(*self.memory.turn[0])
-        return np.asarray(np.where(last < 0, before, known[last]))
+        return np.asarray(np.where(last < 0, before, directions[last]))
 
     def _answer(self, places: np.ndarray, moves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """SMRM: rotations ``(frames, 22, 4)`` and moves ``(frames, 3)`` of the target."""
         generator = self._generator
-        seen = [torch.from_numpy(each.astype(np.float32))[None] for each in (places, moves)]
+        inputs = [torch.from_numpy(each.astype(np.float32))[None] for each in (places, moves)]
         with torch.inference_mode():
-            codes, encoding = generator.encode(seen[0], seen[1], self.memory.states[0])
+            codes, encoding = generator.encode(inputs[0], inputs[1], self.memory.states[0])
             answer, decoding = generator.decode(codes, *self._target, self.memory.states[1])
         self.memory.states = (encoding, decoding)
         return answer.rotations[0].double().numpy(), answer.moves[0].double().numpy()
@@ -183,11 +183,11 @@ class OnlineRetargeter:
     def _path(self, moves: np.ndarray, turn: np.ndarray, lead: np.ndarray, first: bool) -> np.ndarray:
         """``(frames, 3)`` metres: the target's hips; see ``SMRM`` (``path``)."""
         memory = self.memory
-        known = [] if first else [(memory.moves, memory.turn)]
-        rows = [np.concatenate(each) for each in zip(*known, (moves, turn), strict=True)]
+        earlier = [] if first else [(memory.moves, memory.turn)]
+        rows = [np.concatenate(each) for each in zip(*earlier, (moves, turn), strict=True)]
         way = self._features.path(*(torch.from_numpy(row) for row in rows)).numpy() * self._unit
         start = lead[:1] if memory.path is None else memory.path
-        path = start * [1.0, 0.0, 1.0] + way[len(known) :]
+        path = start * [1.0, 0.0, 1.0] + way[len(earlier) :]
         lag = lead - path
         before = lag[:1] if memory.faded is None else memory.faded[:1]
         faded = root_rules.fading(

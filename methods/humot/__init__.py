@@ -1,11 +1,11 @@
-"""HuMoT: one encoder and one decoder for every skeleton, told what it is by a neutral pose."""
+"""HuMoT: one encoder and one decoder for every skeleton, which a neutral pose describes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import cached_property
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
-from retarget_bench.plugins.parameters import completed
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.ablation import Ablation
 from retarget_bench.training.config import TrainingConfig
@@ -66,8 +65,8 @@ class HuMoT(LearnedMethod):
     consistency: weight of the consistency of bone lengths (0: "no BLC").
     facing, sized: windows go through the networks turned ahead, and bodies in the usual size; answers come
         back from both. Not in the paper.
-    varied: training bodies have other proportions than the data's, drawn apart for what is given and
-        what is asked for, and limbs are held otherwise (``augmentation.py``). Not in the paper.
+    varied: training bodies have other proportions than the data's, drawn apart for source and target,
+        and limbs are held otherwise (``augmentation.py``). Not in the paper.
     turned, mirrored: training windows are turned about the vertical axis at random, and mirrored.
     split: with ``chunk`` a tenth of the windows of every training clip is never drawn, as in the paper's
         split, whose validation they are; ``clip`` trains on all of them.
@@ -119,13 +118,13 @@ class HuMoT(LearnedMethod):
     }
 
     def __init__(
-        self, variant: Variant = "small", weights: str = "puppets", **overrides: Unpack[Overrides]
+        self, variant: Variant = "small", weights: str = "puppets", **overrides: Annotated[Any, Overrides]
     ) -> None:
         super().__init__(weights)
-        given = completed(Overrides, overrides)
-        self.variant, self.windows = variant, given.pop("windows")
-        self.root_rule = root_rules.check(given.pop("root_rule"), root_rules.SCALING_RULES)
-        self.settings = Settings(**given)
+        options = asdict(Overrides(**overrides))
+        self.variant, self.windows = variant, options.pop("windows")
+        self.root_rule = root_rules.check(options.pop("root_rule"), root_rules.SCALING_RULES)
+        self.settings = Settings(**options)
         self.card = MethodCard(
             name="humot",
             title="HuMoT",
@@ -147,9 +146,9 @@ class HuMoT(LearnedMethod):
         return unfit(character)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        mine = body(motion.character)
-        turns = {"turns": mine.turns(motion)} if self.settings.slanted else {}
-        return {"places": mine.see(motion), **turns}
+        own = body(motion.character)
+        turns = {"turns": own.turns(motion)} if self.settings.slanted else {}
+        return {"places": own.see(motion), **turns}
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> HumotTraining:
         from .training import HumotTraining

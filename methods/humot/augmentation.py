@@ -81,11 +81,11 @@ def _sideless(role: str) -> str:
 
 def proportions(numbers: np.random.Generator, body: HumotBody) -> np.ndarray:
     """``(joints,)`` what the bone to each joint is longer by; both sides alike, half of the time 1."""
-    mine = build(body)
+    groups = build(body)
     if numbers.random() < OWN:
         return np.ones(len(body.joints))
-    regions = REGION * numbers.standard_normal(3)[mine.regions]
-    bones = BONE * numbers.standard_normal(len(body.joints))[mine.pairs]
+    regions = REGION * numbers.standard_normal(3)[groups.regions]
+    bones = BONE * numbers.standard_normal(len(body.joints))[groups.pairs]
     return np.asarray(np.exp(regions + bones).clip(*LIMITS))
 
 
@@ -99,15 +99,15 @@ def slants(numbers: np.random.Generator, body: HumotBody) -> np.ndarray:
     """``(joints, 3)`` metres: what is added to the bone to each joint of the template, which turns it; both
     sides are mirror images, half of the time all are zero. Joints without a role keep theirs, and so do
     arms, which hang straight down in every template."""
-    mine, bones = build(body), body.template - body.template[list(body.parents)]
+    groups, bones = build(body), body.template - body.template[list(body.parents)]
     if numbers.random() < OWN:
         return np.zeros_like(bones)
     size = SLANT * numbers.random()
-    vectors = size * numbers.standard_normal((len(bones), 3))[mine.pairs]
+    vectors = size * numbers.standard_normal((len(bones), 3))[groups.pairs]
     for joint, number in enumerate(body.joints):
         role = body.character.roles[number]
         kind = _sideless(role) if role else ""
-        if joint == 0 or not kind or mine.regions[joint] == ARMS:
+        if joint == 0 or not kind or groups.regions[joint] == ARMS:
             vectors[joint] = 0.0
         if kind in LOOSE:
             vectors[joint] *= 2.0
@@ -134,12 +134,12 @@ def rotate_limbs(
 ) -> tuple[np.ndarray, np.ndarray]:
     """``(frames, joints, 3)`` and turns (see ``slanted``): some limbs turned as a whole about where they
     begin, all frames alike."""
-    found, turned = positions.copy(), turns.copy()
+    moved, turned = positions.copy(), turns.copy()
     for joint, below, reach in build(body).limbs:
         if numbers.random() < SWUNG:
             axis = numbers.standard_normal(3)
             turn = rotation.about(axis / np.linalg.norm(axis), reach * numbers.random())
-            start = found[:, joint : joint + 1]
-            found[:, below] = start + rotation.rotate(turn, found[:, below] - start)
+            start = moved[:, joint : joint + 1]
+            moved[:, below] = start + rotation.rotate(turn, moved[:, below] - start)
             turned[:, below] = rotation.multiply(turn, turned[:, below])
-    return found, turned
+    return moved, turned

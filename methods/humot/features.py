@@ -1,4 +1,4 @@
-"""A body as HuMoT sees it: positions of its joints, Z up, and the neutral pose that says what it is."""
+"""A body as HuMoT sees it: positions of its joints, Z up, and its neutral pose."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from retarget_bench.motion.motion import Motion, Positions, Prediction
 from retarget_bench.motion.roles import SIDES, ancestors
 
 USUAL = 1.3
-"""Metres: the stature of the bodies that the networks know, that of an adult."""
+"""Metres: the stature of the bodies that the networks were trained on, that of an adult."""
 HEIGHTS = {"foot": 0.0, "leg": 0.31, "hand": 0.57, "up_leg": 0.61, "forearm": 0.78, "arm": 1.0}
 MAJOR = {f"{side}_{part}": height for side in SIDES for part, height in HEIGHTS.items()}
 """Ankles, hips, knees, shoulders, elbows and wrists, which every structure has (section 3.4.1). Numbers:
@@ -39,8 +39,8 @@ class HumotBody:
     @cached_property
     def stature(self) -> float:
         """Metres: see ``stature``; a part of a body is as tall as the whole of it."""
-        whole = self.character.whole
-        return body(whole).stature if whole is not None else stature(self.template, self.heights)
+        complete = self.character.whole
+        return body(complete).stature if complete is not None else stature(self.template, self.heights)
 
     @cached_property
     def heights(self) -> np.ndarray:
@@ -62,8 +62,8 @@ class HumotBody:
     @cached_property
     def beside(self) -> np.ndarray:
         """``(3,)`` metres in the template, from the mean of those to that of the whole body's."""
-        whole = self.character.whole
-        every = self if whole is None else body(whole)
+        complete = self.character.whole
+        every = self if complete is None else body(complete)
         return every.template[every.centring].mean(0) - self.template[self.centring].mean(0)
 
     def see(self, motion: Prediction) -> np.ndarray:
@@ -80,7 +80,7 @@ class HumotBody:
         return np.stack([w, -x, z, y], axis=-1)
 
     @cached_property
-    def seen(self) -> Character:
+    def visible(self) -> Character:
         """The joints seen as a body of their own, which rests in the reference pose."""
         one = self.character
         shown = aligned.Aligned(one, self.joints)
@@ -97,27 +97,27 @@ class HumotBody:
         source: the motion that this is an answer to, as many frames; see ``fit``.
         """
         skeleton, rest = self.character.skeleton, self.character.reference_places
-        found = np.zeros((len(positions), len(skeleton), 3))
-        found[:, list(self.joints)] = shown = upright(positions)
+        places = np.zeros((len(positions), len(skeleton), 3))
+        places[:, list(self.joints)] = shown = upright(positions)
         hips, rank = self.joints[0], {joint: number for number, joint in enumerate(self.joints)}
         if len(rank) < len(skeleton):
-            turned = fit(self.seen.positions(shown, fps), source).motion.global_rotations
+            turned = fit(self.visible.positions(shown, fps), source).motion.global_rotations
         for joint, parent in enumerate(skeleton.parents.tolist()):
             if joint in rank:
                 continue
             if hips not in (above := ancestors(skeleton, joint)):
-                found[:, joint] = found[:, hips] + rest[joint] - rest[hips]
+                places[:, joint] = places[:, hips] + rest[joint] - rest[hips]
                 continue
             leader = next(rank[each] for each in above if each in rank)
-            found[:, joint] = found[:, parent] + rotation.rotate(
+            places[:, joint] = places[:, parent] + rotation.rotate(
                 turned[:, leader], rest[joint] - rest[parent]
             )
-        return self.character.positions(found, fps)
+        return self.character.positions(places, fps)
 
 
 @lru_cache(maxsize=1024)
 def body(character: Character) -> HumotBody:
-    """Of a part of a body without its hips, all joints: it can be read, and not written.
+    """The body of a character; a part without hips has all joints: it can be read, and not written.
 
     Raises SkeletonError where a whole character has no hips or nothing below them."""
     hipless = character.whole is not None and "hips" not in character.joint_of
@@ -131,13 +131,13 @@ def body(character: Character) -> HumotBody:
 def parents_among(parents: Sequence[int], joints: Sequence[int]) -> tuple[int, ...]:
     """Each joint's nearest ancestor among ``joints``, by its place there; -1 where none is."""
     place = {joint: number for number, joint in enumerate(joints)}
-    found = []
+    indices = []
     for joint in joints:
         above = parents[joint]
         while above >= 0 and above not in place:
             above = parents[above]
-        found.append(place.get(above, -1))
-    return tuple(found)
+        indices.append(place.get(above, -1))
+    return tuple(indices)
 
 
 def stature(template: np.ndarray, heights: np.ndarray) -> float:
@@ -146,9 +146,9 @@ def stature(template: np.ndarray, heights: np.ndarray) -> float:
     heights: ``(joints,)`` see ``HumotBody.heights``. A body without arms, or without legs, is as tall as
     others that are like it in what it has: the legs of an adult are not a small body to be enlarged.
     """
-    known = np.isfinite(heights)
-    usual = float(np.ptp(heights[known])) if known.any() else 0.0
-    return float(np.ptp(template[known, 2])) / usual if usual > LOW else 0.0
+    measured = np.isfinite(heights)
+    usual = float(np.ptp(heights[measured])) if measured.any() else 0.0
+    return float(np.ptp(template[measured, 2])) / usual if usual > LOW else 0.0
 
 
 def size_factor(height: float) -> float:
@@ -198,14 +198,14 @@ def headings(
     """
     real = frames[:, :, None, None]
     mean = np.where(real, positions[..., :2], 0.0).sum(1) / real.sum(1)
-    seen, still = (_level(each, joints) for each in (mean, template[..., :2]))
-    return np.angle((seen * still.conj()).sum(1))
+    posed, still = (_level(each, joints) for each in (mean, template[..., :2]))
+    return np.angle((posed * still.conj()).sum(1))
 
 
 def _level(positions: np.ndarray, joints: np.ndarray) -> np.ndarray:
     """``(rows, joints)`` complex, about the mean of real joints, zero where there is none."""
-    found = np.where(joints, positions[..., 0] + 1j * positions[..., 1], 0.0)
-    return np.where(joints, found - found.sum(1, keepdims=True) / joints.sum(1, keepdims=True), 0.0)
+    level = np.where(joints, positions[..., 0] + 1j * positions[..., 1], 0.0)
+    return np.where(joints, level - level.sum(1, keepdims=True) / joints.sum(1, keepdims=True), 0.0)
 
 
 def rotated(positions: np.ndarray, angles: np.ndarray) -> np.ndarray:

@@ -25,7 +25,7 @@ TOKENS = 1 << 16
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """A source at 30 frames per second, Z up, and the body that it is asked for.
+    """A source at 30 frames per second, Z up, and the target body.
 
     frames: of the source. positions: ``(frames or more, joints, 3)`` metres: a source shorter than a window
     is held at its last frame, since training has next to no window of a frame or two. actor_size,
@@ -45,13 +45,15 @@ class Question:
     @classmethod
     def of(cls, source: Prediction, target: Character, rule: str, usual: bool) -> Question:
         """rule: of the path. usual: both go through the networks in the usual size."""
-        actor, asked = body(source.character), body(target)
-        seen = actor.see(rates.at_thirty(source))
-        wait = ((0, max(WINDOW - len(seen), 0)), (0, 0), (0, 0))
-        actor_size, body_size = (size_factor(each.stature) if usual else 1.0 for each in (actor, asked))
+        actor, target_body = body(source.character), body(target)
+        places = actor.see(rates.at_thirty(source))
+        wait = ((0, max(WINDOW - len(places), 0)), (0, 0), (0, 0))
+        actor_size, body_size = (
+            size_factor(each.stature) if usual else 1.0 for each in (actor, target_body)
+        )
         ratios = root_rules.ratios(rule, source.character, target)[[0, 2, 1]]  # Z up
-        positions = np.pad(seen, wait, mode="edge")
-        return cls(source, len(seen), positions, actor, asked, actor_size, body_size, ratios)
+        positions = np.pad(places, wait, mode="edge")
+        return cls(source, len(places), positions, actor, target_body, actor_size, body_size, ratios)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +74,11 @@ def retargeted(
     facing: windows go through the networks turned ahead, as in training.
     """
     pieces = [piece for question in questions for piece in _pieces(question, windows)]
-    found: dict[int, list[tuple[Piece, np.ndarray]]] = {}
+    answers: dict[int, list[tuple[Piece, np.ndarray]]] = {}
     for group in _groups(pieces):
         for piece, answer in zip(group, _answered(network, group, facing), strict=True):
-            found.setdefault(id(piece.question), []).append((piece, answer))
-    return [_joined(question, found[id(question)]) for question in questions]
+            answers.setdefault(id(piece.question), []).append((piece, answer))
+    return [_joined(question, answers[id(question)]) for question in questions]
 
 
 def _pieces(question: Question, windows: Windows) -> Iterator[Piece]:
@@ -91,17 +93,17 @@ def _pieces(question: Question, windows: Windows) -> Iterator[Piece]:
 def _centre(question: Question, start: int, stop: int) -> np.ndarray:
     """``(3,)`` where the whole body's major joints are on average; those that a part of it lacks are taken
     to be where the template, turned as the part is, has them."""
-    actor, seen = question.actor, question.positions[start:stop]
-    known = np.asarray(seen[:, actor.centring].mean((0, 1)))
+    actor, places = question.actor, question.positions[start:stop]
+    centre = np.asarray(places[:, actor.centring].mean((0, 1)))
     if not actor.beside.any():
-        return known
-    joints, frames = np.ones((1, len(actor.joints)), bool), np.ones((1, len(seen)), bool)
-    angle = headings(seen[None], actor.template[None], joints, frames)
-    return np.asarray(known + rotated(actor.beside[None], angle)[0])
+        return centre
+    joints, frames = np.ones((1, len(actor.joints)), bool), np.ones((1, len(places)), bool)
+    angle = headings(places[None], actor.template[None], joints, frames)
+    return np.asarray(centre + rotated(actor.beside[None], angle)[0])
 
 
 def _groups(pieces: Sequence[Piece]) -> Iterator[list[Piece]]:
-    """Of about one size, not too many at once."""
+    """Pieces of about one size, not too many at once."""
     waiting = sorted(pieces, key=lambda piece: (piece.stop - piece.start, len(piece.question.body.joints)))
     while waiting:
         questions = [piece.question for piece in waiting]
@@ -116,27 +118,27 @@ def _answered(network: Autoencoder, group: Sequence[Piece], facing: bool) -> Ite
     far as the source's do, and around them a body as large as the target."""
     lengths = np.array([piece.stop - piece.start for piece in group])
     mask = np.arange(lengths.max()) < lengths[:, None]
-    given = blank([len(piece.question.actor.joints) for piece in group], mask.shape[1])
-    asked = blank([len(piece.question.body.joints) for piece in group], 0)
+    source = blank([len(piece.question.actor.joints) for piece in group], mask.shape[1])
+    target = blank([len(piece.question.body.joints) for piece in group], 0)
     for row, piece in enumerate(group):
         question = piece.question
         actor, body = question.actor.template, question.body.template
-        seen = question.positions[piece.start : piece.stop] - piece.centre
-        given["places"][row, : len(seen), : len(actor)] = question.actor_size * seen
-        given["template"][row, : len(actor)] = question.actor_size * actor
-        asked["template"][row, : len(body)] = question.body_size * body
+        places = question.positions[piece.start : piece.stop] - piece.centre
+        source["places"][row, : len(places), : len(actor)] = question.actor_size * places
+        source["template"][row, : len(actor)] = question.actor_size * actor
+        target["template"][row, : len(body)] = question.body_size * body
     angles = np.zeros(len(group))
     if facing:
-        angles = headings(given["places"], given["template"], given["joints"], mask)
-        given["places"] = rotated(given["places"], -angles)
+        angles = headings(source["places"], source["template"], source["joints"], mask)
+        source["places"] = rotated(source["places"], -angles)
     device = next(network.parameters()).device
-    batch = given, asked, RaggedTokens.between(given["joints"], asked["joints"], mask)
+    batch = source, target, RaggedTokens.between(source["joints"], target["joints"], mask)
     with torch.inference_mode():
         answer = network(*to_device(batch, device)).cpu().double().numpy()
-    for piece, length, found in zip(group, lengths, rotated(answer, angles), strict=True):
+    for piece, length, joints in zip(group, lengths, rotated(answer, angles), strict=True):
         question = piece.question
-        found = found[:length, : len(question.body.joints)]
-        yield found[:, :1] / question.actor_size + (found - found[:, :1]) / question.body_size
+        joints = joints[:length, : len(question.body.joints)]
+        yield joints[:, :1] / question.actor_size + (joints - joints[:, :1]) / question.body_size
 
 
 def _joined(question: Question, answers: Sequence[tuple[Piece, np.ndarray]]) -> Positions:
@@ -149,10 +151,10 @@ def _joined(question: Question, answers: Sequence[tuple[Piece, np.ndarray]]) -> 
         weight[piece.start : piece.stop] += share
     positions = (total / weight)[: question.frames]
     positions += (question.ratios - 1.0) * positions[:, :1]
-    whole = question.body.positions(positions, rates.FPS, rates.at_thirty(question.source))
-    found = rates.at(whole, question.source.frames, question.source.fps)
-    assert isinstance(found, Positions)
-    return found
+    full_body = question.body.positions(positions, rates.FPS, rates.at_thirty(question.source))
+    at_rate = rates.at(full_body, question.source.frames, question.source.fps)
+    assert isinstance(at_rate, Positions)
+    return at_rate
 
 
 def _fade(frames: int) -> np.ndarray:

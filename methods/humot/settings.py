@@ -8,7 +8,7 @@ XCiT (El-Nouby et al., 2021) as published, and has 2,562,629. ``SMALL`` is for p
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal, TypedDict
+from typing import Literal
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import root_rules
@@ -75,21 +75,22 @@ SMALL = replace(
 DESIGNS: Mapping[Variant, Design] = {"small": SMALL, "text": TEXT, "paper_count": PAPER_COUNT}
 
 
-class Overrides(TypedDict, total=False):
-    """Parameters of HuMoT; defaults stand behind the types."""
+@dataclass(frozen=True)
+class Overrides:
+    """Parameters of HuMoT."""
 
-    subsampling: Annotated[bool, True]
-    consistency: Annotated[float, 0.5]
-    facing: Annotated[bool, True]
-    sized: Annotated[bool, True]
-    varied: Annotated[bool, True]
-    slanted: Annotated[bool, False]
-    turned: Annotated[bool, False]
-    mirrored: Annotated[bool, True]
-    hop: Annotated[int, 6]
-    split: Annotated[Split, "clip"]
-    root_rule: Annotated[root_rules.ScalingRule, "hip_height"]
-    windows: Annotated[Windows, "overlapping"]
+    subsampling: bool = True
+    consistency: float = 0.5
+    facing: bool = True
+    sized: bool = True
+    varied: bool = True
+    slanted: bool = False
+    turned: bool = False
+    mirrored: bool = True
+    hop: int = 6
+    split: Split = "clip"
+    root_rule: root_rules.ScalingRule = "hip_height"
+    windows: Windows = "overlapping"
 
 
 PUBLISHED: Mapping[str, str | int | float | bool] = {

@@ -56,7 +56,7 @@ class HumotTraining:
 
     # ---------------------------------------------------------------------------------------- batches
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
-        """``frames`` ``(rows, frames)`` bool; ``given`` and ``asked``, two draws of each row's joints; and
+        """``frames`` ``(rows, frames)`` bool; ``source`` and ``target``, two draws of each row's joints;
         ``tokens``, the ``RaggedTokens`` of both. Draws have
 
         places ``(rows, frames, joints, 3)`` and template ``(rows, joints, 3)``, metres; joints
@@ -68,38 +68,38 @@ class HumotTraining:
         left_out = held_out if self._settings.split == "chunk" else None
         windows = self._material.draw(numbers, cast, self._frames, self._settings.hop, left_out)
         bodies = [self._bodies[name] for name in cast]
-        seen = windows.arrays["places"]
-        turns = windows.arrays.get("turns", np.zeros((*seen.shape[:3], 4)))
+        places = windows.arrays["places"]
+        turns = windows.arrays.get("turns", np.zeros((*places.shape[:3], 4)))
         pairs = [
             self._performed(
-                numbers, mine, *(each[row, :length, : len(mine.joints)] for each in (seen, turns))
+                numbers, own, *(each[row, :length, : len(own.joints)] for each in (places, turns))
             )
-            for row, (mine, length) in enumerate(zip(bodies, windows.lengths.tolist(), strict=True))
+            for row, (own, length) in enumerate(zip(bodies, windows.lengths.tolist(), strict=True))
         ]
-        given, asked = (self._parts(numbers, bodies, side) for side in zip(*pairs, strict=True))
+        source, target = (self._parts(numbers, bodies, side) for side in zip(*pairs, strict=True))
         if self._settings.facing:
-            angles = headings(given["places"], given["template"], given["joints"], windows.mask)
-            for part in (given, asked):
+            angles = headings(source["places"], source["template"], source["joints"], windows.mask)
+            for part in (source, target):
                 part["places"] = rotated(part["places"], -angles)
-        tokens = RaggedTokens.between(given["joints"], asked["joints"], windows.mask)
-        return {"frames": windows.mask, "given": given, "asked": asked, "tokens": tokens}
+        tokens = RaggedTokens.between(source["joints"], target["joints"], windows.mask)
+        return {"frames": windows.mask, "source": source, "target": target, "tokens": tokens}
 
     def _performed(
         self, numbers: np.random.Generator, body: HumotBody, positions: np.ndarray, turns: np.ndarray
     ) -> tuple[Performance, Performance]:
-        """A window as it is given and as it is asked for: one path of the hips, without the mean of the
-        given major joints over the window. positions, turns: see ``HumotBody.see`` and ``turns``."""
+        """A window as source and as target: one path of the hips, without the mean of the source's
+        major joints over the window. positions, turns: see ``HumotBody.see`` and ``turns``."""
         if self._settings.varied:
             positions, turns = rotate_limbs(numbers, positions, turns, body)
         matrices = self._turn(numbers)
-        given, asked = (
+        source, target = (
             Performance(*(each @ matrix for each, matrix in zip(shaped, matrices, strict=True)))
             for shaped in (self._shaped(numbers, body, positions, turns) for _ in range(2))
         )
-        centre = given.positions[:, body.major].mean((0, 1))
-        path = given.positions[:, :1] - asked.positions[:, :1]
-        asked = Performance(asked.positions + path - centre, asked.template)
-        return Performance(given.positions - centre, given.template), asked
+        centre = source.positions[:, body.major].mean((0, 1))
+        path = source.positions[:, :1] - target.positions[:, :1]
+        target = Performance(target.positions + path - centre, target.template)
+        return Performance(source.positions - centre, source.template), target
 
     def _shaped(
         self, numbers: np.random.Generator, body: HumotBody, positions: np.ndarray, turns: np.ndarray
@@ -139,22 +139,22 @@ class HumotTraining:
     ) -> dict[str, np.ndarray]:
         """One draw of every row's joints, side by side, zeros behind them."""
         every = [
-            kept(numbers, body.major) if self._settings.subsampling else np.arange(len(body.joints))
+            subsampled(numbers, body.major) if self._settings.subsampling else np.arange(len(body.joints))
             for body in bodies
         ]
-        found = blank([len(joints) for joints in every], self._frames)
-        found["parents"] = np.full(found["joints"].shape, -1, np.int64)
-        for row, (joints, mine) in enumerate(zip(every, performed, strict=True)):
+        arrays = blank([len(joints) for joints in every], self._frames)
+        arrays["parents"] = np.full(arrays["joints"].shape, -1, np.int64)
+        for row, (joints, performance) in enumerate(zip(every, performed, strict=True)):
             count = len(joints)
-            found["places"][row, : len(mine.positions), :count] = mine.positions[:, joints]
-            found["template"][row, :count] = mine.template[joints]
-            found["parents"][row, :count] = parents_among(bodies[row].parents, joints.tolist())
-        return found
+            arrays["places"][row, : len(performance.positions), :count] = performance.positions[:, joints]
+            arrays["template"][row, :count] = performance.template[joints]
+            arrays["parents"][row, :count] = parents_among(bodies[row].parents, joints.tolist())
+        return arrays
 
     # ----------------------------------------------------------------------------------------- losses
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
-        answer = self._network(batch["given"], batch["asked"], batch["tokens"])
-        return losses(answer, batch["asked"], batch["frames"], self._settings.consistency)
+        answer = self._network(batch["source"], batch["target"], batch["tokens"])
+        return losses(answer, batch["target"], batch["frames"], self._settings.consistency)
 
     # ---------------------------------------------------------------------------------------- weights
     def method(self) -> Method:
@@ -172,16 +172,16 @@ DROP_MAJOR, DROP_OTHER = 0.1, 0.5
 FEWEST = 2
 
 
-def kept(numbers: np.random.Generator, major: np.ndarray) -> np.ndarray:
+def subsampled(numbers: np.random.Generator, major: np.ndarray) -> np.ndarray:
     """Indices of the joints that stay, increasing; drawn again where fewer than two do.
 
     major: ``(joints,)`` bool.
     """
     drop = np.where(major, DROP_MAJOR, DROP_OTHER)
     while True:
-        found = np.flatnonzero(numbers.random(len(major)) >= drop)
-        if len(found) >= min(FEWEST, len(major)):
-            return found
+        joints = np.flatnonzero(numbers.random(len(major)) >= drop)
+        if len(joints) >= min(FEWEST, len(major)):
+            return joints
 
 
 def held_out(clip: ClipArrays, starts: Sequence[int]) -> frozenset[int]:

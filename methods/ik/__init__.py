@@ -69,9 +69,9 @@ class InverseKinematics:
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         if not isinstance(source, Motion):
             raise NotSupported("ik needs a source with rotations, not positions only")
-        whole = feet.grounded(source) if self.floor else source
-        cuts = takes(replace(whole))  # a copy's, so that its places are let go
-        rotations, root = joined(self._piece(whole.at(piece), target) for piece in cuts)
+        motion = feet.grounded(source) if self.floor else source
+        cuts = takes(replace(motion))  # a copy's, so that its places are let go
+        rotations, root = joined(self._piece(motion.at(piece), target) for piece in cuts)
         return target.motion(rotations, root, source.fps)
 
     def _piece(self, source: Motion, target: Character) -> tuple[np.ndarray, np.ndarray]:
@@ -89,16 +89,16 @@ class InverseKinematics:
 
 def _touch(exchange: feet.Exchange) -> None:
     """Keep what the hands touch, in place."""
-    pose, body = exchange.pose, exchange.ours.character
+    pose, body = exchange.pose, exchange.target_rig.character
     arms = limbs(exchange, "arm")
     lengths = (each.measures.arm_length for each in (exchange.source.character, body))
     if len(arms) < 2 or not all(lengths):
         return
-    for (theirs, ours), move in zip(arms, hands.touches(exchange, arms), strict=True):
-        move = hands.lean(exchange, theirs, ours, move)
+    for (source_arm, target_arm), move in zip(arms, hands.touches(exchange, arms), strict=True):
+        move = hands.lean(exchange, source_arm, target_arm, move)
         if np.abs(move).max() > 1e-9:
-            goal = ease_reach(pose, ours, pose.places[:, ours.end] + move)
-            bend(body, pose, ours, goal, pose.turned[:, ours.end], exchange.source.fps)
+            goal = ease_reach(pose, target_arm, pose.places[:, target_arm.end] + move)
+            bend(body, pose, target_arm, goal, pose.turned[:, target_arm.end], exchange.source.fps)
 
 
 plugin = InverseKinematics

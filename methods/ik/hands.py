@@ -35,7 +35,7 @@ _BONES = (
     ("right_arm", "right_forearm"),
     ("right_forearm", "right_hand"),
 )
-"""What a hand can touch: lines between two joints (``chest``: the last of the spine)."""
+"""Lines between two joints that a hand can touch (``chest``: the last of the spine)."""
 
 
 @dataclass(frozen=True)
@@ -58,14 +58,14 @@ def touches(exchange: Exchange, arms: Sequence[tuple[Limb, Limb]]) -> list[np.nd
     arms: the left and the right one, on the source and on the target.
     """
     source, pose, arm = exchange.source, exchange.pose, exchange.source.character.measures.arm_length
-    scale = exchange.ours.character.measures.arm_length / arm
-    bones = _shared_bones(exchange.theirs, exchange.ours)
-    theirs, ours = zip(*arms, strict=True)
+    scale = exchange.target_rig.character.measures.arm_length / arm
+    bones = _shared_bones(exchange.source_rig, exchange.target_rig)
+    source_arms, target_arms = zip(*arms, strict=True)
 
-    def asked(*seen: np.ndarray) -> np.ndarray:
-        """``(frames, 2, 3)`` what the hands ask for in each frame on its own."""
-        before = _reach(exchange.theirs, theirs, bones[0], *seen[:2])
-        after = _reach(exchange.ours, ours, bones[1], *seen[2:])
+    def moves_of(*points: np.ndarray) -> np.ndarray:
+        """``(frames, 2, 3)`` the moves that the hands need in each frame on its own."""
+        before = _reach(exchange.source_rig, source_arms, bones[0], *points[:2])
+        after = _reach(exchange.target_rig, target_arms, bones[1], *points[2:])
         moves = np.stack([_to_body(before, after, hand, bones[2], arm, scale) for hand in (0, 1)], axis=1)
         apart = before.palms[:, 1] - before.palms[:, 0]
         moved = after.palms + moves
@@ -73,23 +73,28 @@ def touches(exchange: Exchange, arms: Sequence[tuple[Limb, Limb]]) -> list[np.nd
         pull = 0.5 * _closeness(apart / arm)[:, None] * error
         return np.stack([moves[:, 0] - pull, moves[:, 1] + pull], axis=1)
 
-    moves = rotation.in_blocks(asked, source.positions, source.global_rotations, pose.places, pose.turned)
+    moves = rotation.in_blocks(
+        moves_of, source.positions, source.global_rotations, pose.places, pose.turned
+    )
     out = []
     for move in moves.transpose(1, 0, 2):
         far = smooth(np.linalg.norm(move, axis=1, keepdims=True) / (scale * arm), source.fps, _SETTLE_FAR)
-        kept = smoothstep((_TOO_FAR - far) / (_TOO_FAR - _FAR))
-        out.append(smooth(kept * move, source.fps, _SETTLE))
+        share = smoothstep((_TOO_FAR - far) / (_TOO_FAR - _FAR))
+        out.append(smooth(share * move, source.fps, _SETTLE))
     return out
 
 
-def lean(exchange: Exchange, theirs: Limb, ours: Limb, move: np.ndarray) -> np.ndarray:
+def lean(exchange: Exchange, source_arm: Limb, target_arm: Limb, move: np.ndarray) -> np.ndarray:
     """``move`` ``(frames, 3)``, overruled where the source's hand rests on the floor: there it is held."""
     source = exchange.source
-    low = source.positions[:, theirs.end, 1] < _LOW * source.character.height
-    leaning = planted(source, theirs.end) & low
+    low = source.positions[:, source_arm.end, 1] < _LOW * source.character.height
+    leaning = planted(source, source_arm.end) & low
     if not leaning.any():
         return move
-    shift = held(walked(exchange, theirs.end, ours.end), leaning) - exchange.pose.places[:, ours.end]
+    shift = (
+        held(walked(exchange, source_arm.end, target_arm.end), leaning)
+        - exchange.pose.places[:, target_arm.end]
+    )
     eased = spread(np.hstack([shift, np.ones((len(low), 1))]), leaning, source.fps)
     return eased[:, :3] + (1.0 - np.minimum(eased[:, 3:], 1.0)) * move
 
@@ -104,8 +109,8 @@ def _to_body(
     along = np.clip(((palm - start) * line).sum(-1) / square, 0.0, 1.0)[..., None]
     away = palm - (start + along * line)
     weight = _closeness(away / arm) * allowed[hand]
-    wanted = after.starts + along * (after.ends - after.starts) + scale * away
-    mean = (weight[..., None] * wanted).sum(1) / np.maximum(weight.sum(1), 1e-9)[:, None]
+    goals = after.starts + along * (after.ends - after.starts) + scale * away
+    mean = (weight[..., None] * goals).sum(1) / np.maximum(weight.sum(1), 1e-9)[:, None]
     return weight.max(axis=1, initial=0.0)[:, None] * (mean - after.palms[:, hand])
 
 
@@ -114,12 +119,12 @@ def _closeness(away: np.ndarray) -> np.ndarray:
     return smoothstep((_CLEAR - np.linalg.norm(away, axis=-1)) / (_CLEAR - _TOUCH))
 
 
-def _shared_bones(theirs: Rig, ours: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _shared_bones(source_rig: Rig, target_rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Joint pairs ``(bones, 2)`` on both bodies, and which ``(2, bones)`` each hand can touch."""
     pairs: tuple[list[list[int]], list[list[int]]] = ([], [])
     free: list[list[bool]] = []
     for bone in _BONES:
-        ends = [[rig.joint(role) for role in bone] for rig in (theirs, ours)]
+        ends = [[rig.joint(role) for role in bone] for rig in (source_rig, target_rig)]
         if bone == ("head", "head_top") and min(ends[0] + ends[1]) < 0:
             ends = [[end[0], end[0]] for end in ends]
         if min(ends[0] + ends[1]) >= 0:

@@ -82,7 +82,9 @@ class Retargeter(Choices, SightRetargeter):
     def stream(self, cases: Cases) -> Stream:
         """Lengths do not matter: nothing real sees what lies behind a row's end."""
         sources, targets, device, heights = cases.sources, cases.targets, cases.device, cases.heights
-        source, target = (self.networks(device)[self.structure(mine[0])] for mine in (sources, targets))
+        source, target = (
+            self.networks(device)[self.structure(characters[0])] for characters in (sources, targets)
+        )
         unit = np.array([features.unit(each, self.lengths) for each in targets])
         path = features.Path(unit, self.path, self.yaw, self.variant)
         offsets = torch.from_numpy(np.stack([self.bones(each) for each in targets])).to(device)

@@ -114,15 +114,15 @@ class NknTraining(UnpairedTraining):
 
     def _generate(self, groups: Sequence[Mapping[str, Any]], memory: dict[str, Any]) -> Terms:
         frames = torch.stack([group["lengths"].sum() for group in groups]).sum()
-        found: dict[str, list[Tensor]] = {}
+        sums: dict[str, list[Tensor]] = {}
         fakes: list[Fake] = []
         memory["fakes"] = fakes
         for group in groups:
             for name, term in self._terms(group, fakes).items():
-                found.setdefault(name, []).append(term)
-        kept = self._kept(groups) if self._released else frames
-        over = {"same_places": kept, "same_moves": kept}
-        terms = {name: torch.stack(each).sum() / over.get(name, frames) for name, each in found.items()}
+                sums.setdefault(name, []).append(term)
+        same_frames = self._same_frames(groups) if self._released else frames
+        over = {"same_places": same_frames, "same_moves": same_frames}
+        terms = {name: torch.stack(each).sum() / over.get(name, frames) for name, each in sums.items()}
         if self._choices.losses == "adversarial":
             rows = sum(len(fake.fooling) for fake in fakes)
             total = sum(
@@ -155,9 +155,9 @@ class NknTraining(UnpairedTraining):
         terms, drifts = {"same_places": nothing, "same_moves": nothing}, []
         terms |= self._ended(group, source.scale, target.scale, poses, answers, real)
         if names[0] == names[1]:
-            kept = real * group["same"]
-            terms["same_places"], terms["same_moves"] = losses.apart(answers, poses, kept)
-            drifts.append(losses.drift(answers, poses, kept))
+            same = real * group["same"]
+            terms["same_places"], terms["same_moves"] = losses.apart(answers, poses, same)
+            drifts.append(losses.drift(answers, poses, same))
         if self._choices.losses != "autoencoder":
             back, raw = _through(target, source, answers, body)
             outputs.append((back, raw, source))
@@ -167,7 +167,7 @@ class NknTraining(UnpairedTraining):
             terms["drift"] = self._choices.drift * torch.stack(drifts).sum()
         turns = [quaternions(raw[..., :-MOVES]) for _, raw, _ in outputs]
         twists = [twist(each[..., 1:, :] if self._released else each, real) for each in turns]
-        changes = [losses.smooth(through.scale.plain(seen), real) for seen, _, through in outputs]
+        changes = [losses.smooth(through.scale.plain(pose), real) for pose, _, through in outputs]
         terms["twist"] = losses.TWIST * torch.stack(twists).mean()
         terms["smooth"] = losses.SMOOTH * torch.stack(changes).mean()
         if self._choices.losses == "adversarial":
@@ -202,17 +202,17 @@ class NknTraining(UnpairedTraining):
         learns = self._rule.update([(fake.structure, fake.logits) for fake in fakes])
         if not any(learns):
             return {}
-        found = []
+        terms = []
         for fake in fakes:
             if learns[fake.structure]:
                 network = self._discriminators[self._names[fake.structure]]
                 real = network(fake.real, fake.real_bones, fake.real_lengths, learns=True)
                 shown = network(fake.motion, fake.bones, fake.lengths, learns=True)
                 both = torch.cat([cross_entropy(real, True), cross_entropy(shown, False)])
-                found.append(both.mean() * (2 if self._released else 1))  # a sum of two means, as released
-        if not found:  # another process has rows of what learns, and waits for this one's gradients
-            found = [0.0 * each.sum() for each in self.modules["discriminator"].parameters()]
-        return {"cross_entropy": torch.stack(found).sum()}
+                terms.append(both.mean() * (2 if self._released else 1))  # a sum of two means, as released
+        if not terms:  # another process has rows of what learns, and waits for this one's gradients
+            terms = [0.0 * each.sum() for each in self.modules["discriminator"].parameters()]
+        return {"cross_entropy": torch.stack(terms).sum()}
 
 
 def _through(source: Generator, target: Generator, poses: Tensor, bodies: Bodies) -> tuple[Tensor, Tensor]:

@@ -79,7 +79,7 @@ class NPT(LearnedMethod):
     def presets(self) -> Mapping[str, TrainingConfig]:
         """Frames are single, so few a second are enough. ``paper``: as the published code, which takes
         4,000 pairs for an epoch, eight to a batch, and 1,000 epochs."""
-        ours = TrainingConfig(
+        default = TrainingConfig(
             steps=20_000,
             batch=16,
             window=1,
@@ -93,9 +93,9 @@ class NPT(LearnedMethod):
         )
         return {
             "paper": TrainingConfig(steps=500_000, batch=8, window=1, rate=5e-5, fps=10.0, validate=10_000),
-            "default": ours,
-            "gpu": replace(ours, batch=128),
-            "quick": replace(ours, steps=40, batch=4, warm_up=5, validate=20, cases=2),
+            "default": default,
+            "gpu": replace(default, batch=128),
+            "quick": replace(default, steps=40, batch=4, warm_up=5, validate=20, cases=2),
         }
 
     # -------------------------------------------------------------------------------------- training

@@ -23,14 +23,14 @@ def retargeted(
     """
     identity = Identity.of(target)
     count, device = len(identity.vertices), network.answer.weight.device
-    seen = [identity.scale * (points - scan_path.centre(points)) for points in source.points]
+    scaled = [identity.scale * (points - scan_path.centre(points)) for points in source.points]
     resting = torch.as_tensor(identity.scale * identity.vertices, dtype=torch.float32, device=device)
-    found = np.empty((source.frames, count, 3))
+    vertices = np.empty((source.frames, count, 3))
     for first in range(0, source.frames, CHUNK):
         part = slice(first, first + CHUNK)
-        points = torch.as_tensor(drawn(numbers, seen[part], count), dtype=torch.float32, device=device)
+        points = torch.as_tensor(drawn(numbers, scaled[part], count), dtype=torch.float32, device=device)
         with torch.inference_mode():
             answer = network(points, resting.expand(len(points), -1, -1))
-        found[part] = answer.cpu().numpy() / identity.scale
+        vertices[part] = answer.cpu().numpy() / identity.scale
     ratio = scan_path.ratio(source.points, target)
-    return target.surface(scan_path.along(found, source.points, ratio), source.fps)
+    return target.surface(scan_path.along(vertices, source.points, ratio), source.fps)

@@ -56,8 +56,8 @@ class SPAdaIN(nn.Module):
 
     def forward(self, features: Tensor, identity: Tensor) -> Tensor:
         """features: ``(rows, channels, points)``, identity: ``(rows, 3, points)``."""
-        seen = features if self.steady else normalised(features)
-        return torch.addcmul(self.shift(identity), self.scale(identity), seen)
+        values = features if self.steady else normalised(features)
+        return torch.addcmul(self.shift(identity), self.scale(identity), values)
 
 
 class SPAdaINBlock(nn.Module):
@@ -74,8 +74,8 @@ class SPAdaINBlock(nn.Module):
         return way + self._layer(short, features, identity)
 
     def _layer(self, which: int, features: Tensor, identity: Tensor) -> Tensor:
-        found: Tensor = self.layers[which](functional.relu(self.styles[which](features, identity)))
-        return found
+        hidden: Tensor = self.layers[which](functional.relu(self.styles[which](features, identity)))
+        return hidden
 
 
 class PoseTransfer(nn.Module):

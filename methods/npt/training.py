@@ -37,11 +37,11 @@ class NptTraining:
     ) -> None:
         """points: of each body in a row of a batch, or as many as the coarsest mesh has. trained: makes the
         method from exported tensors. Raises NotSupported where no clip is performed by two bodies."""
-        found: dict[str, list[ClipArrays]] = {}
+        by_clip: dict[str, list[ClipArrays]] = {}
         for clips in training_data.clips.values():
             for clip in clips:
-                found.setdefault(clip.name, []).append(clip)
-        self._performances = [clips for clips in found.values() if len(clips) > 1]
+                by_clip.setdefault(clip.name, []).append(clip)
+        self._performances = [clips for clips in by_clip.values() if len(clips) > 1]
         if not self._performances:
             raise NotSupported("npt learns from the same performance by two bodies, and there is none")
         self._ends = np.cumsum([clips[0].frames for clips in self._performances])
@@ -71,29 +71,29 @@ class NptTraining:
         points = sampled(skin, giver.body.faces, numbers.random((1, 3, self._points)))[0]
         posed = taker.posed(target.arrays, frame)
         scale, resting = taker.identity.scale, taker.identity.vertices
-        kept = numbers.permutation(len(resting))[: self._points]
-        edges, real = self._edges(numbers, taker, kept)
+        chosen = numbers.permutation(len(resting))[: self._points]
+        edges, real = self._edges(numbers, taker, chosen)
         row = {
             "points": scale * (points - centre(points)),
-            "identity": scale * resting[kept],
-            "truth": scale * (posed - centre(posed))[kept],
+            "identity": scale * resting[chosen],
+            "truth": scale * (posed - centre(posed))[chosen],
         }
         row = {name: each.astype(np.float32) for name, each in row.items()}
         return {**row, "edges": edges, "real": real}
 
     def _edges(
-        self, numbers: np.random.Generator, skin: Skin, kept: np.ndarray
+        self, numbers: np.random.Generator, skin: Skin, chosen: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """``(points, 2)`` edges between the vertices that are kept, by their places among these, and
         ``(points,)`` whether there are so many."""
         place = np.full(len(skin.body.weights), -1)
-        place[kept] = np.arange(len(kept))
+        place[chosen] = np.arange(len(chosen))
         edges = place[skin.edges]
         edges = numbers.permutation(edges[(edges >= 0).all(axis=1)])[: self._points]
         real = np.arange(self._points) < len(edges)
-        found = np.zeros((self._points, 2), dtype=np.int64)
-        found[: len(edges)] = edges
-        return found, real
+        padded = np.zeros((self._points, 2), dtype=np.int64)
+        padded[: len(edges)] = edges
+        return padded, real
 
     # ----------------------------------------------------------------------------------------- losses
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:

@@ -43,8 +43,8 @@ def mirrored(arrays: Mapping[str, np.ndarray]) -> Arrays:
 
 def mirrored_bones(offsets: np.ndarray) -> np.ndarray:
     """Bones ``(22, 3)`` of the mirrored body."""
-    found: np.ndarray = offsets[list(MIRRORED)] * _FLIPPED
-    return found
+    mirrored: np.ndarray = offsets[list(MIRRORED)] * _FLIPPED
+    return mirrored
 
 
 def turns(numbers: np.random.Generator) -> np.ndarray:
@@ -75,10 +75,10 @@ def reposed(
 def spare(numbers: np.random.Generator) -> list[str]:
     """Names of ``SPARED`` that a body shall do without: never toes, collar bones and spine at once, since
     that structure is one that the puppets' test holds out."""
-    found = [name for name, chance in _CHANCE.items() if numbers.random() < chance]
-    if {"toes", "collar bones", "spine"} <= set(found):
-        del found[numbers.integers(3)]
-    return found
+    names = [name for name, chance in _CHANCE.items() if numbers.random() < chance]
+    if {"toes", "collar bones", "spine"} <= set(names):
+        del names[numbers.integers(3)]
+    return names
 
 
 def without(
@@ -86,23 +86,23 @@ def without(
 ) -> tuple[Arrays, np.ndarray]:
     """A motion and the bones of a body that lacks these joints: what hangs from them hangs, as it is at
     rest, from what they hung from."""
-    gone = np.isin(np.arange(JOINTS), _gone(names))
-    found = {**arrays, "rotations": np.asarray(folded(arrays["rotations"], gone), np.float32)}
+    missing = np.isin(np.arange(JOINTS), _left_out(names))
+    changed = {**arrays, "rotations": np.asarray(folded(arrays["rotations"], missing), np.float32)}
     if "toes" in names:
-        found["planted"] = found["planted"].copy()
-        found["planted"][:, _TOES] = 0.0
-    return found, bones_without(offsets, names)
+        changed["planted"] = changed["planted"].copy()
+        changed["planted"][:, _TOES] = 0.0
+    return changed, bones_without(offsets, names)
 
 
 def bones_without(offsets: np.ndarray, names: Sequence[str]) -> np.ndarray:
     """The bones ``(22, 3)`` of a body that lacks these joints."""
     bones = offsets.copy()
-    for joint in _gone(names):
+    for joint in _left_out(names):
         bones[np.array(PARENTS) == joint] += bones[joint]
         bones[joint] = 0.0
     return bones
 
 
-def _gone(names: Sequence[str]) -> list[int]:
+def _left_out(names: Sequence[str]) -> list[int]:
     """Parents first, so that what a joint that is left out hung from is settled."""
     return sorted(BODY22.index(role) for name in names for role in SPARED[name])

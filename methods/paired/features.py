@@ -72,12 +72,12 @@ class RoleBody:
         by ``turned`` ``(frames, 22, 4)`` from the reference pose, and others as in ``motion`` from their
         parents."""
         relative = transfer.relative(motion)
-        found = np.array(relative)
+        orientations = np.array(relative)
         rank_of = dict(zip(self.body.present.joints, self.body.ranks, strict=True))
         for joint, parent in enumerate(self.character.skeleton.parents.tolist()):
             if joint in rank_of:
-                found[:, joint] = turned[:, rank_of[joint]]
+                orientations[:, joint] = turned[:, rank_of[joint]]
             elif parent >= 0:
                 step = rotation.multiply(rotation.conjugate(relative[:, parent]), relative[:, joint])
-                found[:, joint] = rotation.multiply(found[:, parent], step)
-        return transfer.from_relative(self.character, found)
+                orientations[:, joint] = rotation.multiply(orientations[:, parent], step)
+        return transfer.from_relative(self.character, orientations)

@@ -25,15 +25,18 @@ def planted_goals(goals: Goals, source: Motion, copied: Motion, offsets: np.ndar
     exchange = Exchange(source, rig_of(source.character), rig_of(copied.character), pose, ratios)
     paths, ends = goals.feet[0].numpy().copy(), goals.ends[0].numpy().copy()
     for number, (side, toe) in enumerate(zip(SIDES, TOES, strict=True)):
-        theirs, ours = exchange.theirs.limbs[side, "leg"], exchange.ours.limbs[side, "leg"]
+        source_leg, target_leg = (
+            exchange.source_rig.limbs[side, "leg"],
+            exchange.target_rig.limbs[side, "leg"],
+        )
         path, turned = paths[:, number].copy(), ends[:, number]
-        still, stand = planted(source, theirs.end), path.copy()
-        if ours.tip < 0 or theirs.tip < 0:
-            stand[:, 1] = walked(exchange, theirs.end, ours.end)[:, 1]
+        still, stand = planted(source, source_leg.end), path.copy()
+        if target_leg.tip < 0 or source_leg.tip < 0:
+            stand[:, 1] = walked(exchange, source_leg.end, target_leg.end)[:, 1]
             paths[:, number] = path + spread(held(stand, still) - path, still, source.fps)
             continue
         sole = rotation.rotate(turned, np.broadcast_to(offsets[toe].astype(float), path.shape))
-        stand[:, 1] = walked(exchange, theirs.tip, ours.tip)[:, 1] - sole[:, 1]
-        plan = hold(path, stand, sole, turned, (still, planted(source, theirs.tip)), source.fps)
+        stand[:, 1] = walked(exchange, source_leg.tip, target_leg.tip)[:, 1] - sole[:, 1]
+        plan = hold(path, stand, sole, turned, (still, planted(source, source_leg.tip)), source.fps)
         paths[:, number], ends[:, number] = plan.goal, plan.orientation
     return replace(goals, feet=torch.from_numpy(paths)[None], ends=torch.from_numpy(ends)[None])

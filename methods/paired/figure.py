@@ -1,4 +1,4 @@
-"""Bodies as the network is told of them: nothing about them lies outside of what it was trained on.
+"""Bodies as the network sees them: nothing about them lies outside of what it was trained on.
 
 Generated bodies rest in one ideal T-pose: legs are straight, arms are level, ankles are near the floor. On
 rigs that people make, thighs slant, soles are thick, and arms droop. All this is the body's shape, which a
@@ -22,12 +22,12 @@ _LEGS = [BODY22.index(f"{side}_{part}") for side in ("left", "right") for part i
 _ABOVE = [max(parent, 0) for parent in PARENTS]
 
 
-class Told(NamedTuple):
-    """A body as the network is told of it.
+class Figure(NamedTuple):
+    """A body as the network sees it.
 
     offsets: ``(rows, 22, 3)`` metres. height: ``(rows, 1)`` metres. ankle: ``(rows, 1)`` metres, how high
     ankles are above the floor in the reference pose. drop: ``(rows, 1)``, how much lower ankles are than
-    the hips, in metres. stretch: ``(rows, 1)``, the drop of the told body over this.
+    the hips, in metres. stretch: ``(rows, 1)``, the drop of this body over the true one's.
     """
 
     offsets: Tensor
@@ -66,17 +66,17 @@ class Figures(nn.Module):
         length = bones.norm(dim=-1)  # (bodies, 22)
         bridging = _bridging(bones)
         for kind in (0, 1):
-            mine = ((bridging == bool(kind)) & (length > 0)).unsqueeze(-1)
-            unit = bones / length.clamp(min=1e-9).unsqueeze(-1) * mine
+            of_kind = ((bridging == bool(kind)) & (length > 0)).unsqueeze(-1)
+            unit = bones / length.clamp(min=1e-9).unsqueeze(-1) * of_kind
             mean = nn.functional.normalize(unit.sum(0), dim=-1)
-            cosine = torch.where(mine, (unit * mean).sum(-1, keepdim=True), 1.0)
+            cosine = torch.where(of_kind, (unit * mean).sum(-1, keepdim=True), 1.0)
             self.directions[kind], self.cosines[kind] = mean, cosine.amin(0)
             shares = length.unsqueeze(-1)
-            self.lengths[kind, 0] = torch.where(mine, shares, torch.inf).amin(0).squeeze(-1)
-            self.lengths[kind, 1] = torch.where(mine, shares, 0.0).amax(0).squeeze(-1)
+            self.lengths[kind, 0] = torch.where(of_kind, shares, torch.inf).amin(0).squeeze(-1)
+            self.lengths[kind, 1] = torch.where(of_kind, shares, 0.0).amax(0).squeeze(-1)
         self.lengths.clamp_(max=1.0)
 
-    def forward(self, body: Mapping[str, Tensor]) -> Told:
+    def forward(self, body: Mapping[str, Tensor]) -> Figure:
         """body: ``offsets`` ``(rows, 22, 3)`` and ``lengths`` ``(rows, 2)``, metres."""
         height = body["lengths"][:, :1]
         bones = body["offsets"] / height.unsqueeze(-1)
@@ -91,10 +91,12 @@ class Figures(nn.Module):
         aside = nn.functional.normalize(unit - along * mean, dim=-1)
         near = cosine * mean + (1 - cosine.square()).clamp(min=0).sqrt() * aside
         unit = torch.where(along < cosine, near, unit)
-        told = torch.minimum(torch.maximum(length, shortest.unsqueeze(-1)), longest.unsqueeze(-1))
-        told = torch.where(length > 0, told, 0.0) * unit * height.unsqueeze(-1)
+        clipped = torch.minimum(torch.maximum(length, shortest.unsqueeze(-1)), longest.unsqueeze(-1))
+        clipped = torch.where(length > 0, clipped, 0.0) * unit * height.unsqueeze(-1)
         drop = _drop(body["offsets"])
-        return Told(told, height, body["lengths"][:, 1:] - drop, drop, _drop(told) / drop.clamp(min=1e-6))
+        return Figure(
+            clipped, height, body["lengths"][:, 1:] - drop, drop, _drop(clipped) / drop.clamp(min=1e-6)
+        )
 
 
 def _bridging(bones: Tensor) -> Tensor:

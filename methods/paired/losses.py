@@ -21,15 +21,15 @@ def terms(
 ) -> dict[str, Tensor]:
     """Name -> loss, unweighted. truth: ``rotations``, ``hips``, ``planted``. real: ``(rows, frames)``."""
     height = target["lengths"][:, :1, None, None]
-    ours = answer.positions
-    theirs, turned = kinematics(tree, target["offsets"], truth["rotations"], truth["hips"])
-    ours, theirs = 100 * ours / height, 100 * theirs / height
-    off = ours - theirs
+    predicted = answer.positions
+    reference, turned = kinematics(tree, target["offsets"], truth["rotations"], truth["hips"])
+    predicted, reference = 100 * predicted / height, 100 * reference / height
+    off = predicted - reference
     relative = off - off[:, :, :1]
     pairs = real[:, 1:] & real[:, :-1]
-    feet = indices(FEET, ours)
+    feet = indices(FEET, predicted)
     rests = (truth["planted"][:, 1:] * truth["planted"][:, :-1]) * pairs[..., None]
-    speed = length(ours[:, :, feet].diff(dim=1))
+    speed = length(predicted[:, :, feet].diff(dim=1))
     acceleration = off.diff(dim=1).diff(dim=1)
     steady = pairs[:, 1:] & pairs[:, :-1]
     heights = off[:, :, feet, 1].abs() * truth["planted"] * real[..., None]
@@ -42,25 +42,25 @@ def terms(
         "rests": (speed * rests).sum() / rests.sum().clamp(min=1),
         "floor": heights.sum() / (truth["planted"] * real[..., None]).sum().clamp(min=1),
         "turns": masked((1 - dot * dot).mean(-1), real) * 1000,
-        "touch": touch(ours, theirs, real),
+        "touch": touch(predicted, reference, real),
     }
 
 
-def touch(ours: Tensor, theirs: Tensor, real: Tensor) -> Tensor:
+def touch(predicted: Tensor, reference: Tensor, real: Tensor) -> Tensor:
     """Mean distance of vectors from hands to joints of the body; short ones count most."""
-    total, count = ours.new_zeros(()), ours.new_zeros(())
+    total, count = predicted.new_zeros(()), predicted.new_zeros(())
     for hand in HANDS:
-        right = theirs - theirs[:, :, hand : hand + 1]
-        mine = ours - ours[:, :, hand : hand + 1]
+        right = reference - reference[:, :, hand : hand + 1]
+        from_hand = predicted - predicted[:, :, hand : hand + 1]
         weight = torch.exp(-length(right) / (100 * NEAR)) * real[..., None]
         weight[:, :, hand] = 0
-        total = total + (length(mine - right) * weight).sum()
+        total = total + (length(from_hand - right) * weight).sum()
         count = count + weight.sum()
     return total / count.clamp(min=1)
 
 
 def length(vectors: Tensor) -> Tensor:
-    """Of vectors ``(..., 3)``; smooth at zero."""
+    """The length of vectors ``(..., 3)``; smooth at zero."""
     return torch.sqrt(vectors.square().sum(-1) + 1e-6)
 
 

@@ -14,10 +14,10 @@ from retarget_bench.training.layers.indices import indices
 from retarget_bench.training.weights import fill
 
 from .features import FEET, FPS
-from .figure import Figures, Told
+from .figure import Figure, Figures
 from .pose import ARMS, END, LEGS, TRUNK, UPPER, Goals, Posed, copied, exponential, multiply, posed
 
-SEEN = 2 * 3 * JOINTS + 6 * JOINTS + 5 + len(FEET)
+INPUTS = 2 * 3 * JOINTS + 6 * JOINTS + 5 + len(FEET)
 BODIES = 2 * 3 * JOINTS + 2
 SIZES = {"trunk": 3 * len(TRUNK), "hips": 3, "limbs": 3 * 4, "swivel": 4, "ends": 3 * 4}
 """Part of a correction -> how many numbers it has in a frame."""
@@ -53,9 +53,9 @@ class Block(nn.Module):
     def forward(self, hidden: Tensor, scale: Tensor, shift: Tensor, real: Tensor) -> Tensor:
         """hidden: ``(rows, frames, width)``. scale, shift: ``(rows, 1, width)`` by the bodies.
         real: ``(rows, frames, 1)``, 0 at padding."""
-        seen = (self.norm(hidden) * (1 + scale) + shift) * real
-        padded = functional.pad(seen, (0, 0, self.reach, self.reach))
-        frames = seen.shape[1]
+        scaled = (self.norm(hidden) * (1 + scale) + shift) * real
+        padded = functional.pad(scaled, (0, 0, self.reach, self.reach))
+        frames = scaled.shape[1]
         around = [padded[:, first : first + frames] for first in (0, self.reach, 2 * self.reach)]
         return hidden + self.out(functional.silu(self.time(torch.cat(around, -1))))
 
@@ -65,7 +65,7 @@ class Corrector(nn.Module):
 
     def __init__(self, width: int = 256, reaches: tuple[int, ...] = (1, 2, 4, 8, 4, 2, 1)) -> None:
         super().__init__()
-        self.enter = nn.Linear(SEEN, width)
+        self.enter = nn.Linear(INPUTS, width)
         self.bodies = nn.Sequential(nn.Linear(BODIES, 256), nn.SiLU(), nn.Linear(256, 128), nn.SiLU())
         self.join = nn.Linear(128, width)
         self.steer = nn.Linear(128, 2 * width * len(reaches))
@@ -90,12 +90,12 @@ class Corrector(nn.Module):
         """Take over exported tensors. Raises BenchError where they are another network's."""
         fill(self, tensors, "paired")
 
-    def forward(self, seen: Tensor, bodies: Tensor, real: Tensor) -> Correction:
-        """seen: ``(rows, frames, SEEN)``. bodies: ``(rows, BODIES)``. real: ``(rows, frames)`` bool."""
+    def forward(self, inputs: Tensor, bodies: Tensor, real: Tensor) -> Correction:
+        """inputs: ``(rows, frames, INPUTS)``. bodies: ``(rows, BODIES)``. real: ``(rows, frames)`` bool."""
         code = self.bodies(bodies)
-        mask = real.unsqueeze(-1).to(seen.dtype)
+        mask = real.unsqueeze(-1).to(inputs.dtype)
         steering = self.steer(code).unsqueeze(1).chunk(2 * len(self.blocks), dim=-1)
-        hidden = self.enter(seen) + self.join(code).unsqueeze(1)
+        hidden = self.enter(inputs) + self.join(code).unsqueeze(1)
         for number, block in enumerate(self.blocks):
             hidden = block(hidden, steering[2 * number], steering[2 * number + 1], mask)
         out = self.leave(self.norm(hidden)).float()
@@ -143,8 +143,8 @@ def columns(quaternions: Tensor) -> Tensor:
 Arrays = Mapping[str, Tensor]
 
 
-def seen(network: Corrector, motion: Arrays, source: Arrays, target: Arrays) -> tuple[Tensor, Tensor]:
-    """Inputs of the network: of a motion ``(rows, frames, SEEN)`` and of both bodies ``(rows, BODIES)``.
+def inputs_of(network: Corrector, motion: Arrays, source: Arrays, target: Arrays) -> tuple[Tensor, Tensor]:
+    """Inputs of the network: of a motion ``(rows, frames, INPUTS)`` and of both bodies ``(rows, BODIES)``.
 
     motion: ``rotations``, ``hips``, ``turn``, ``planted`` as ``RoleBody.see`` gives them. source, target:
     ``offsets`` ``(rows, 22, 3)`` and ``lengths`` ``(rows, 2)``.
@@ -177,7 +177,7 @@ def seen(network: Corrector, motion: Arrays, source: Arrays, target: Arrays) -> 
     return torch.cat(parts, -1), torch.cat([4 * bones[0], 8 * (bones[1] - bones[0]), *legs], -1)
 
 
-def _carried(hips: Tensor, source: Told, target: Told) -> Tensor:
+def _carried(hips: Tensor, source: Figure, target: Figure) -> Tensor:
     """Heights of hips ``(rows, frames)`` metres of the copy, from the source's: ankles that stand on the
     floor stay there."""
     return target.ankle + (hips - source.ankle) * target.drop / source.drop.clamp(min=1e-6)

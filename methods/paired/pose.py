@@ -107,8 +107,8 @@ def bend(upper: Tensor, lower: Tensor, goal: Tensor, axis: Tensor, swivel: Tenso
     flat_a, flat_b = upper - a * normal, lower - b * normal
     size_a, size_b = norm(flat_a), norm(flat_b)
     now = torch.atan2(dot(torch.linalg.cross(flat_a, flat_b), normal), dot(flat_a, flat_b))
-    whole, was, far = norm(upper) + norm(lower), norm(upper + lower), norm(goal)
-    reach = torch.minimum(far, torch.maximum(STRAIGHT * whole, was))
+    straight, was, far = norm(upper) + norm(lower), norm(upper + lower), norm(goal)
+    reach = torch.minimum(far, torch.maximum(STRAIGHT * straight, was))
     rest = reach.square() - (a + b).square()
     cosine = (rest - size_a.square() - size_b.square()) / (2.0 * size_a * size_b).clamp(min=1e-9)
     angle = torch.acos(cosine.clamp(-0.99999, 0.99999)) - now

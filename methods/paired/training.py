@@ -17,7 +17,7 @@ from retarget_bench.training.layers import exported
 from . import losses
 from .augmentation import mirrored, mirrored_bones, reposed, spare, turns, without
 from .features import RoleBody
-from .network import Corrector, applied, seen
+from .network import Corrector, applied, inputs_of
 
 WEIGHTS = {
     "world": 1.0,
@@ -47,11 +47,11 @@ class PairedTraining:
     ) -> None:
         """trained: makes the method from exported tensors. Raises NotSupported where no clip is performed
         by two bodies."""
-        found: dict[str, list[ClipArrays]] = {}
+        by_clip: dict[str, list[ClipArrays]] = {}
         for clips in training_data.clips.values():
             for clip in clips:
-                found.setdefault(clip.name, []).append(clip)
-        self._performances = [clips for clips in found.values() if len(clips) > 1]
+                by_clip.setdefault(clip.name, []).append(clip)
+        self._performances = [clips for clips in by_clip.values() if len(clips) > 1]
         if not self._performances:
             raise NotSupported("paired learns from the same performance by two bodies, and there is none")
         self._ends = np.cumsum([clips[0].frames for clips in self._performances])
@@ -118,11 +118,11 @@ class PairedTraining:
         del phase, memory
         network, real = self.network, batch["real"]["frames"]
         bodies = batch["source"], batch["target"]
-        correction = network(*seen(network, batch["motion"], *bodies), real)
+        correction = network(*inputs_of(network, batch["motion"], *bodies), real)
         with torch.autocast(real.device.type, enabled=False):
             answer = applied(network, correction, batch["motion"], *bodies)
-            found = losses.terms(network.tree, answer, batch["truth"], batch["target"], real)
-        return {name: WEIGHTS[name] * term for name, term in found.items()}
+            terms = losses.terms(network.tree, answer, batch["truth"], batch["target"], real)
+        return {name: WEIGHTS[name] * term for name, term in terms.items()}
 
     # ---------------------------------------------------------------------------------------- weights
     def method(self) -> Method:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Annotated, Any
 
 from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.plugins.parameters import completed
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.ablation import Ablation
 from retarget_bench.training.config import TrainingConfig
@@ -123,15 +123,15 @@ class Pan(SkeletalMethod):
         variant: Variant = "own",
         parts: str = "six",
         weights: str = OWN,
-        **overrides: Unpack[Overrides],
+        **overrides: Annotated[Any, Overrides],
     ) -> None:
         super().__init__(BETWEEN if weights == OWN and parts == "three" else weights)
-        given = completed(Overrides, overrides)
-        self.variant, self.target_stats, self.tips = variant, given["target_stats"], given["tips"]
+        options = asdict(Overrides(**overrides))
+        self.variant, self.target_stats, self.tips = variant, options["target_stats"], options["tips"]
         self._asked = parts
         self.parts, self._part_map = parts_of(parts)
         variants = BETWEEN_LEGS if self.parts == "three" else SETTINGS
-        self.settings: Settings = variants[variant].overridden(given)
+        self.settings: Settings = variants[variant].overridden(options)
         self.yaw = self.settings.yaw
         self.card = MethodCard(
             name="pan",
@@ -223,10 +223,10 @@ class Pan(SkeletalMethod):
         stands on as many legs: so the same is lost there as in the answer (``+residual``)."""
         bodies = []
         for source, target in zip(sources, targets, strict=True):
-            actor, asked = source.character, target
+            actor, body = source.character, target
             if actor.four_legged != target.four_legged:
-                asked = actor
-            structure, _ = self.assigned(asked)
+                body = actor
+            structure, _ = self.assigned(body)
             bodies.append((structure, in_layout(actor, self.structures[structure].layout)))
         return self._retargeted(sources, bodies, contexts)
 
@@ -242,8 +242,8 @@ class Pan(SkeletalMethod):
         from .structure import rebuilt
 
         return {
-            name: rebuilt(mine, self._part_map, name.endswith(FOUR), self.settings.design)
-            for name, mine in by_structure(self.tensors).items()
+            name: rebuilt(tensors, self._part_map, name.endswith(FOUR), self.settings.design)
+            for name, tensors in by_structure(self.tensors).items()
         }
 
     def attention(self, source: Motion) -> Mapping[str, Any]:

@@ -26,15 +26,15 @@ class Assignment:
     @property
     def note(self) -> str:
         """A sentence on the trained structure that the body goes through; "" where it is its own."""
-        mine = self.body.character
+        character = self.body.character
         unseen, absent = _misfit(self.body)
-        if not absent and not unseen and structure_key(mine) == self.structure:
+        if not absent and not unseen and structure_key(character) == self.structure:
             return ""
         more = [f"{absent} joints there that it lacks are bones of no length"] if absent else []
         more += [f"{unseen} of its own are not seen"] if unseen else []
         differs = "; ".join(("", *more))
-        known = self.structure.removesuffix(f"_{FOUR}")
-        return f"{mine.name} ({mine.structure}) goes through the networks of {known}{differs}"
+        trained = self.structure.removesuffix(f"_{FOUR}")
+        return f"{character.name} ({character.structure}) goes through the networks of {trained}{differs}"
 
 
 def assign(character: Character, structures: Mapping[str, Structure]) -> Assignment:
@@ -48,8 +48,8 @@ def assign(character: Character, structures: Mapping[str, Structure]) -> Assignm
         legs = "four legs" if character.four_legged else "two legs"
         raise NotSupported(f"{character.name} stands on {legs}, and these weights know no such body")
     bodies = {name: in_layout(character, structures[name].layout) for name in fitting}
-    mine = structure_key(character)
-    best = min(fitting, key=lambda name: (*_misfit(bodies[name]), name != mine, name))
+    structure = structure_key(character)
+    best = min(fitting, key=lambda name: (*_misfit(bodies[name]), name != structure, name))
     body = bodies[best]
     leads = body.layout.leads
     if not any(body.joints[leads[edge]] >= 0 for part in body.layout.parts for edge in part):
@@ -60,44 +60,46 @@ def assign(character: Character, structures: Mapping[str, Structure]) -> Assignm
 
 def _misfit(body: LayoutBody) -> tuple[int, int]:
     """Number of the body's joints that the layout lacks, and of the layout's that the body lacks."""
-    known = {joint for joint in body.joints if joint >= 0}
-    return len(set(aligned(body.character).joints) - known), sum(joint < 0 for joint in body.joints)
+    matched = {joint for joint in body.joints if joint >= 0}
+    return len(set(aligned(body.character).joints) - matched), sum(joint < 0 for joint in body.joints)
 
 
 def in_layout(character: Character, layout: Layout) -> LayoutBody:
     """The character in this layout: joint for joint where it is of that structure, else by roles.
 
     Joints without a role are matched by their order between joints with one."""
-    mine = aligned(character)
+    aligned_body = aligned(character)
     for turned in (False, True):
         parents, joints = tree_of(character, turned)
         roles = tuple(character.roles[joint] for joint in joints)
         if tuple(parents) == layout.parents and roles == layout.roles:
             return LayoutBody(character, layout, joints)
-    found = [character.joint_of.get(role, -1) if role else -1 for role in layout.roles]
+    by_role = [character.joint_of.get(role, -1) if role else -1 for role in layout.roles]
     if layout.roles[0] != "hips":
-        found[0] = mine.joints[where_legs_begin(mine.skeleton.parents.tolist(), mine.roles)]
-        found[1:] = [joint if joint != found[0] else -1 for joint in found[1:]]
-    kept = [joint if joint in mine.joints else -1 for joint in found]
-    for rank in range(len(kept)):
-        if kept[rank] >= 0:
-            _between(character, layout, rank, kept)
-    return LayoutBody(character, layout, tuple(kept))
+        by_role[0] = aligned_body.joints[
+            where_legs_begin(aligned_body.skeleton.parents.tolist(), aligned_body.roles)
+        ]
+        by_role[1:] = [joint if joint != by_role[0] else -1 for joint in by_role[1:]]
+    matched = [joint if joint in aligned_body.joints else -1 for joint in by_role]
+    for rank in range(len(matched)):
+        if matched[rank] >= 0:
+            _between(character, layout, rank, matched)
+    return LayoutBody(character, layout, tuple(matched))
 
 
-def _between(character: Character, layout: Layout, rank: int, found: list[int]) -> None:
+def _between(character: Character, layout: Layout, rank: int, matched: list[int]) -> None:
     """Match the joints without a role above a matched joint, up to the next matched one."""
     ranks, above = [], layout.parents[rank]
-    while above > 0 and found[above] < 0:
+    while above > 0 and matched[above] < 0:
         ranks.append(above)
         above = layout.parents[above]
-    if not ranks or found[above] < 0:
+    if not ranks or matched[above] < 0:
         return
     parents = character.skeleton.parents.tolist()
-    joints, joint = [], parents[found[rank]]
-    while joint >= 0 and joint != found[above]:
+    joints, joint = [], parents[matched[rank]]
+    while joint >= 0 and joint != matched[above]:
         joints.append(joint)
         joint = parents[joint]
-    unnamed = (each for each in joints if character.roles[each] is None and each not in found)
+    unnamed = (each for each in joints if character.roles[each] is None and each not in matched)
     for free, other in zip((each for each in ranks if layout.roles[each] is None), unnamed, strict=False):
-        found[free] = other
+        matched[free] = other

@@ -33,27 +33,27 @@ def attended(method: Pan, source: Motion) -> dict[str, Any]:
         raise NotSupported("pan[attention=false] has an MLP in the place of attention, and no weights")
     shown = rates.at_thirty(source)
     assert isinstance(shown, Motion)
-    seen = torch.from_numpy(settings.features.see(shown, body)["edges"].astype(np.float32))
+    edges = torch.from_numpy(settings.features.see(shown, body)["edges"].astype(np.float32))
     (row,) = structure.statistics_row([source.character.name])
-    normalised = structure.normalised(seen.unsqueeze(0), torch.tensor([row]))
+    normalised = structure.normalised(edges.unsqueeze(0), torch.tensor([row]))
     with torch.inference_mode():
         pieces = torch.split(normalised, PIECE, 1)
-        found = [structure.encoder.attention(piece)[0].numpy() for piece in pieces]
-    leads, given = body.layout.leads, np.concatenate(found)
+        chunks = [structure.encoder.attention(piece)[0].numpy() for piece in pieces]
+    leads, attention = body.layout.leads, np.concatenate(chunks)
     if body.layout.slots == "joints":  # the hips' rotation and the root's movement are one joint's
-        given[:, :, -1] += given[:, :, 0]
+        attention[:, :, -1] += attention[:, :, 0]
     led = [edge for edge, joint in enumerate(leads) if joint > 0 and body.joints[joint] >= 0]
     order = [body.layout.edges, *led]
     joints = [body.joints[0], *(body.joints[leads[edge]] for edge in led)]
     parts = body_parts(body.layout, settings.design)
     sees = np.array([[edge in part for edge in order] for part in parts])
-    kept = sees.any(axis=0)
+    visible = sees.any(axis=0)
     low, share = rates.between(source.frames, source.fps, rates.FPS, shown.frames)
-    weights = interpolated(given[:, :, order], low, share)
+    weights = interpolated(attention[:, :, order], low, share)
     return {
         "parts": body.layout.names if settings.design.by_part else ("whole body",),
-        "joints": np.array(joints)[kept],
-        "sees": sees[:, kept],
-        "weights": weights[:, :, kept],
+        "joints": np.array(joints)[visible],
+        "sees": sees[:, visible],
+        "weights": weights[:, :, visible],
         "note": assignment.note,
     }

@@ -28,12 +28,12 @@ def end_effectors(source: Tensor, answer: Tensor, resting: bool) -> Tensor:
     of them, or, where ``resting``, over those that rest: zero where none does, as whose mean the released
     code takes not-a-number.
     """
-    wanted, found = FASTER * source.diff(dim=1), FASTER * answer.diff(dim=1)
-    rests = (found.detach().square().sum(-1, keepdim=True) < NEAR**2).to(found.dtype)
-    still = mse_loss(found * rests, wanted * rests)
+    expected, predicted = FASTER * source.diff(dim=1), FASTER * answer.diff(dim=1)
+    rests = (predicted.detach().square().sum(-1, keepdim=True) < NEAR**2).to(predicted.dtype)
+    still = mse_loss(predicted * rests, expected * rests)
     if resting:
         still = still / rests.mean().clamp_min(0.5 / rests.numel())
-    return mse_loss(found, wanted) + RESTING * still
+    return mse_loss(predicted, expected) + RESTING * still
 
 
 def rescaled(velocity: Tensor, range_: Tensor) -> Tensor:
@@ -98,11 +98,11 @@ class Objective:
             edges = np.flatnonzero(layout.encoded[layout.leads])
             self._tensors["edges", name] = torch.tensor([*edges, layout.edges])
             self._tensors["joints", name] = torch.tensor(compared_joints(layout, end_sites[name]))
-            for other, theirs in layouts.items():
+            for other, other_layout in layouts.items():
                 both = sorted(ends[name].keys() & ends[other].keys())
                 joints = [ends[name][end] for end in both]
                 self._tensors["ends", name, other] = torch.tensor(joints, dtype=torch.long)
-                common = shared(layout, theirs)
+                common = shared(layout, other_layout)
                 self._tensors["parts", name, other] = torch.tensor(common, dtype=torch.long)
         self._terms: dict[str, list[Tensor]] = {}
 
@@ -113,7 +113,7 @@ class Objective:
 
     def total(self) -> Terms:
         """The same names in every step, whichever structures it has."""
-        every = {name: torch.stack(found) for name, found in self._terms.items()}
+        every = {name: torch.stack(terms) for name, terms in self._terms.items()}
         return {name: each.sum() if self.weights.summed else each.mean() for name, each in every.items()}
 
     def add(self, name: str, weight: float, term: Tensor, times: int = 1) -> None:
@@ -135,12 +135,12 @@ class Objective:
     def cycle(self, name: str, answer: Answer, real: Answer, times: int) -> None:
         """The second term of eq. 11 and the first of eq. 13, over ``times`` motions that came back."""
         weights, joints = self.weights, self._tensors["joints", name]
-        seen = self._edges(name, real)
-        wanted = seen.repeat(times, *(1,) * (seen.ndim - 1))
-        self.add("again", weights.again, mse_loss(self._edges(name, answer), wanted), times)
+        edges = self._edges(name, real)
+        expected = edges.repeat(times, *(1,) * (edges.ndim - 1))
+        self.add("again", weights.again, mse_loss(self._edges(name, answer), expected), times)
         positions = self._positions(real)[:, :, joints].repeat(times, 1, 1, 1)
-        found = self._positions(answer)[:, :, joints]
-        self.add("again_places", weights.again_positions, mse_loss(found, positions), times)
+        places = self._positions(answer)[:, :, joints]
+        self.add("again_places", weights.again_positions, mse_loss(places, positions), times)
 
     def compare(self, pair: tuple[str, str], code: Tensor, again: Tensor) -> None:
         """The first term of eq. 11, over the parts that both structures have.
@@ -155,18 +155,18 @@ class Objective:
     def follow(self, pair: tuple[str, str], real: Answer, shown: Answer) -> None:
         """Movement of the end effectors that both structures have, and of the hips (eq. 20)."""
         weights, (here, there) = self.weights, pair
-        ours, theirs = self._tensors["ends", here, there], self._tensors["ends", there, here]
-        if weights.ends and len(ours):
-            source, answer = real.positions[:, :, ours], shown.positions[:, :, theirs]
+        source_ends, target_ends = self._tensors["ends", here, there], self._tensors["ends", there, here]
+        if weights.ends and len(source_ends):
+            source, answer = real.positions[:, :, source_ends], shown.positions[:, :, target_ends]
             self.add("ends", weights.ends, end_effectors(source, answer, weights.resting))
         elif weights.ends:  # none in common; processes must agree on the names of terms
             self.add("ends", weights.ends, shown.positions.new_zeros(()))
         if weights.velocity:
             source, answer = real.plain[:, :, -1], shown.plain[:, :, -1]
             level = slice(0, 3, 2 if self.height else 1)
-            wanted = rescaled(source[..., level], self._tensors["speeds", here])
-            found = rescaled(answer[..., level], self._tensors["speeds", there])
-            wrong = mse_loss(found, wanted)
+            expected = rescaled(source[..., level], self._tensors["speeds", here])
+            predicted = rescaled(answer[..., level], self._tensors["speeds", there])
+            wrong = mse_loss(predicted, expected)
             if weights.turns:
                 wrong = wrong + mse_loss(answer[..., 3], source[..., 3])
             self.add("velocity", weights.velocity, wrong)
@@ -182,8 +182,8 @@ class Objective:
         edges = self._tensors["edges", name]
         if self.weights.rotations:
             return answer.plain[:, :, edges[:-1]]
-        seen = answer.edges[:, :, edges]
-        return seen.flatten(2)[..., :-1] if self.padded else seen
+        channels = answer.edges[:, :, edges]
+        return channels.flatten(2)[..., :-1] if self.padded else channels
 
 
 def compared_joints(layout: Layout, end_sites: Sequence[int]) -> list[int]:
@@ -193,5 +193,5 @@ def compared_joints(layout: Layout, end_sites: Sequence[int]) -> list[int]:
     (root, *joints), count = np.flatnonzero(layout.encoded).tolist(), len(layout.parents)
     left_out = {"head"} if layout.four_legged else set()
     compared = [layout.encoded[joint] and layout.roles[joint] not in left_out for joint in end_sites]
-    kept = np.flatnonzero(compared).tolist()
-    return [*joints, root, *(count + n for n in kept)]
+    indices = np.flatnonzero(compared).tolist()
+    return [*joints, root, *(count + n for n in indices)]

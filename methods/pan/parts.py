@@ -25,8 +25,8 @@ THREE: Parts = {"legs": ("left_leg", "right_leg"), "spine": ("trunk",), "head": 
 HIND, FORE = {"left_leg", "right_leg"}, {"left_arm", "right_arm"}
 """On four legs: a part that has the hind legs has the fore legs too, unless these are a part's by name."""
 BRANCHES = {"head", "left_arm", "right_arm"}
-"""What leaves the trunk at the chest: the edge that leads to the chest is theirs as well."""
-KNOWN = {"six": SIX, "three": THREE}
+"""The parts that leave the trunk at the chest: the edge that leads to the chest is theirs as well."""
+BY_NAME = {"six": SIX, "three": THREE}
 
 
 def parts_of(name: str) -> tuple[str, Parts]:
@@ -35,10 +35,10 @@ def parts_of(name: str) -> tuple[str, Parts]:
 
     Raises BenchError where the name is none of these, or the file does not say what parts have.
     """
-    parts = KNOWN[name] if name in KNOWN else _read(name)
-    for known, same in KNOWN.items():
+    parts = BY_NAME[name] if name in BY_NAME else _read(name)
+    for known_name, same in BY_NAME.items():
         if list(parts.items()) == list(same.items()):
-            return known, parts
+            return known_name, parts
     return " ".join(f"{part}:{'+'.join(members)}" for part, members in parts.items()), parts
 
 
@@ -56,8 +56,8 @@ def _read(name: str) -> Parts:
             or not members
             or any(each not in anatomy.BODY_PARTS for each in members)
         ):
-            known = ", ".join(anatomy.BODY_PARTS)
-            raise BenchError(f"{path}: {part} has to be a list of some of {known}")
+            names = ", ".join(anatomy.BODY_PARTS)
+            raise BenchError(f"{path}: {part} has to be a list of some of {names}")
     if not read:
         raise BenchError(f"{path}: there is no part in it")
     return {part: tuple(members) for part, members in read.items()}
@@ -73,39 +73,39 @@ def layout_of(
     """The parts that a structure with these joints has. Raises BenchError where it has none."""
     where = _body_parts(parents, roles)
     apart = {member for members in parts.values() for member in members} & FORE
-    found: dict[str, tuple[int, ...]] = {}
+    by_part: dict[str, tuple[int, ...]] = {}
     for name, members in parts.items():
-        wanted = set(members)
-        if four_legged and wanted >= HIND and not apart:
-            wanted |= FORE
-        own = {joint for joint in range(1, len(parents)) if where[joint] & wanted}
+        regions = set(members)
+        if four_legged and regions >= HIND and not apart:
+            regions |= FORE
+        own = {joint for joint in range(1, len(parents)) if where[joint] & regions}
         if own and slots == "edges":
-            own = {joint - 1 for joint in own | _chests(parents, where, wanted)}
+            own = {joint - 1 for joint in own | _chests(parents, where, regions)}
         if own:
-            found[name] = tuple(sorted(own))
-    if not found:
-        raise BenchError("there is no joint of any of the body parts that pan looks at")
-    return Layout(tuple(parents), tuple(roles), tuple(found), tuple(found.values()), slots, four_legged)
+            by_part[name] = tuple(sorted(own))
+    if not by_part:
+        raise BenchError("there is no joint of any of the body parts that pan uses")
+    return Layout(tuple(parents), tuple(roles), tuple(by_part), tuple(by_part.values()), slots, four_legged)
 
 
 def _body_parts(parents: Sequence[int], roles: Sequence[str | None]) -> list[frozenset[str]]:
     """Body parts of each joint; without a role, those of its children (a pelvis that carries both legs is
     of both), or of what it hangs from."""
-    named = [frozenset(() if role is None else (anatomy.body_part(role),)) for role in roles]
-    found = list(named)
+    by_role = [frozenset(() if role is None else (anatomy.body_part(role),)) for role in roles]
+    body_parts = list(by_role)
     for joint in reversed(range(1, len(parents))):
-        if not named[parents[joint]]:
-            found[parents[joint]] |= found[joint]
+        if not by_role[parents[joint]]:
+            body_parts[parents[joint]] |= body_parts[joint]
     for joint in range(1, len(parents)):
-        found[joint] = found[joint] or found[parents[joint]]
-    return found
+        body_parts[joint] = body_parts[joint] or body_parts[parents[joint]]
+    return body_parts
 
 
-def _chests(parents: Sequence[int], where: Sequence[frozenset[str]], wanted: set[str]) -> set[int]:
+def _chests(parents: Sequence[int], where: Sequence[frozenset[str]], regions: set[str]) -> set[int]:
     """The joints where a part that branches from the chest begins."""
     begins = (
         parents[joint]
         for joint in range(1, len(parents))
-        if where[joint] & wanted & BRANCHES and where[parents[joint]] == {"trunk"}
+        if where[joint] & regions & BRANCHES and where[parents[joint]] == {"trunk"}
     )
     return {chest for chest in begins if chest > 0}

@@ -7,7 +7,7 @@ three parts what it does between two legs and four.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Final, Literal, Self, TypedDict
+from typing import Any, Final, Literal, Self
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar
@@ -24,27 +24,28 @@ NEGATIVE: Final = -1.0
 """A number that the variant sets."""
 
 
-class Overrides(TypedDict, total=False):
-    """Parameters of PAN that take the place of its variant's; defaults stand behind the types."""
+@dataclass(frozen=True)
+class Overrides:
+    """Parameters of PAN that take the place of its variant's."""
 
-    root: Annotated[Literal["", Root], UNSET]
-    lengths: Annotated[Literal["", Lengths], UNSET]
-    facing: Annotated[float, NEGATIVE]
-    yaw: Annotated[Literal["", Yaw], UNSET]
-    path: Annotated[Literal["", Path], UNSET]
-    statistics: Annotated[Literal["", Statistics], UNSET]
-    target_stats: Annotated[Literal["transferred", "own"], "transferred"]
-    conv_mask: Annotated[Literal["", Mask], UNSET]
-    decoder: Annotated[Literal["", DecoderKind], UNSET]
-    dropout: Annotated[float, NEGATIVE]
-    attention: Annotated[bool, True]
-    by_part: Annotated[bool, True]
-    kinematic: Annotated[float, NEGATIVE]
-    cycle: Annotated[float, NEGATIVE]
-    ends: Annotated[float, NEGATIVE]
-    adversarial: Annotated[float, NEGATIVE]
-    velocity: Annotated[float, NEGATIVE]
-    tips: Annotated[Literal["copied", "rest"], "copied"]
+    root: Literal["", Root] = UNSET
+    lengths: Literal["", Lengths] = UNSET
+    facing: float = NEGATIVE
+    yaw: Literal["", Yaw] = UNSET
+    path: Literal["", Path] = UNSET
+    statistics: Literal["", Statistics] = UNSET
+    target_stats: Literal["transferred", "own"] = "transferred"
+    conv_mask: Literal["", Mask] = UNSET
+    decoder: Literal["", DecoderKind] = UNSET
+    dropout: float = NEGATIVE
+    attention: bool = True
+    by_part: bool = True
+    kinematic: float = NEGATIVE
+    cycle: float = NEGATIVE
+    ends: float = NEGATIVE
+    adversarial: float = NEGATIVE
+    velocity: float = NEGATIVE
+    tips: Literal["copied", "rest"] = "copied"
 
 
 PARAMETERS = {
@@ -246,7 +247,7 @@ class Weights:
 
 @dataclass(frozen=True)
 class Settings:
-    """Everything that a variant chooses.
+    """All settings of a variant.
 
     statistics: whether eq. 15 takes mean and deviation by structure or by character; deviations are
     ``least_deviation`` or more. reversed_: training windows run backwards half of the time. shared:
@@ -264,14 +265,14 @@ class Settings:
     shared: bool = False
     rerooted: bool = False
 
-    def overridden(self, given: Mapping[str, Any]) -> Self:
+    def overridden(self, options: Mapping[str, Any]) -> Self:
         """With the parameters given; an empty word or a negative number leaves the variant's choice.
 
         Raises BenchError where a number is not finite, or fields do not go together.
         """
-        if not all(math.isfinite(given[name]) for name in ("facing", *FIELDS["weights"])):
+        if not all(math.isfinite(options[name]) for name in ("facing", *FIELDS["weights"])):
             raise BenchError("weights and facing of pan are finite numbers")
-        chosen = {k: v for k, v in given.items() if v != UNSET and (isinstance(v, str) or not v < 0.0)}
+        chosen = {k: v for k, v in options.items() if v != UNSET and (isinstance(v, str) or not v < 0.0)}
         parts = {part: {k: chosen[k] for k in names if k in chosen} for part, names in FIELDS.items()}
         if "kinematic" in chosen:  # the other weights of eq. 13 stay in proportion
             share = chosen["kinematic"] / self.weights.kinematic
@@ -280,23 +281,23 @@ class Settings:
         features = replace(self.features, **parts["features"])
         if self.weights.positions == "summed" and features.root != "velocity":
             parts["weights"]["positions"] = "world"
-        found = replace(
+        settings = replace(
             self,
             features=features,
             design=replace(self.design, **parts["design"], padded=features.root == "position"),
             weights=replace(self.weights, **parts["weights"]),
             **parts[""],
         )
-        if not found.design.dropout < 1.0:
+        if not settings.design.dropout < 1.0:
             raise BenchError("dropout of pan is a share below 1")
-        if found.design.slots == "joints" and found.design.conv_mask == "released":
+        if settings.design.slots == "joints" and settings.design.conv_mask == "released":
             raise BenchError("conv_mask=released is a mistake about edges, and these networks see joints")
-        if found.weights.velocity and found.features.root == "position":
+        if settings.weights.velocity and settings.features.root == "position":
             raise BenchError(
-                "eq. 20 (velocity) is about how hips move, and root=position does not say it; "
+                "eq. 20 (velocity) is about how hips move, and root=position lacks that; "
                 "use root=velocity or root=height"
             )
-        return found
+        return settings
 
     def values(self) -> dict[str, Scalar]:
         """The parameters that weights depend on, by their names."""

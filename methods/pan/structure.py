@@ -27,7 +27,7 @@ class Structure(StructureNetworks):
         code: Tensor = self.encoder(edges)
         return code
 
-    def taken(self, code: Tensor, source: Layout) -> Tensor:
+    def rearranged(self, code: Tensor, source: Layout) -> Tensor:
         return arranged(code, source, self.layout)
 
     def answer(self, code: Tensor, bones: Tensor) -> Tensor:
@@ -52,23 +52,23 @@ def share_initialisation(structures: Sequence[Structure], design: Design) -> Non
     code before training.
     """
     with torch.no_grad():
-        known: dict[Hashable, Tensor] = {}
+        initial: dict[Hashable, Tensor] = {}
         for structure in structures:
             edgewise = dict(_edgewise(structure.layout, design))
             for name, weights in structure.named_parameters():
                 if name in edgewise:
-                    _share(known, name, edgewise[name], weights)
+                    _share(initial, name, edgewise[name], weights)
                 else:
                     key = (name, tuple(weights.shape))
-                    weights.copy_(known.setdefault(key, weights.detach().clone()))
+                    weights.copy_(initial.setdefault(key, weights.detach().clone()))
 
 
-def _share(known: dict[Hashable, Tensor], name: str, keys: Sequence[Hashable], weights: Tensor) -> None:
+def _share(initial: dict[Hashable, Tensor], name: str, keys: Sequence[Hashable], weights: Tensor) -> None:
     """Share weights whose rows belong to edges, equally many rows for each key."""
     each = len(weights) // len(keys)
     for number, key in enumerate(keys):
         rows = weights[number * each : (number + 1) * each]
-        rows.copy_(known.setdefault((name, key), rows.detach().clone()))
+        rows.copy_(initial.setdefault((name, key), rows.detach().clone()))
 
 
 def _edgewise(layout: Layout, design: Design) -> Iterator[tuple[str, list[Hashable]]]:

@@ -37,7 +37,7 @@ class PanTraining(SkeletalTraining[Structure]):
     ) -> None:
         self._settings, weights, frames = settings, settings.weights, config.window
         own = settings.statistics == "character"
-        ends = {name: _end_sites(mine) if weights.end_sites else [] for name, mine in bodies.items()}
+        ends = {name: _end_sites(members) if weights.end_sites else [] for name, members in bodies.items()}
         windows = Windows(training_data, frames, bodies, ends, settings.features, settings.reversed_, own)
         super().__init__(training_data, bodies, settings, build, windows)
         some = {name: next(iter(bodies[name].values())) for name in self._names}
@@ -107,18 +107,18 @@ class PanTraining(SkeletalTraining[Structure]):
         side: Side,
         real: Sequence[Answer],
     ) -> list[Answer]:
-        """Of its partners' motions on bodies of this side; last, its own motion on its own bodies."""
+        """Answers: its partners' motions on bodies of this side; last, its own motion on its own bodies."""
         layouts = [self._structures[name].layout for name in names]
         partners = self._partners(there, len(names))
         order = [*partners, there]
         coded = [arranged(codes[here], layouts[here], layouts[there]) for here in order]
         roots = [real[here].plain[:, :, -1] for here in order]
-        bodies = side["asked"]
+        bodies = side["targets"]
         if len(partners) < len(names):
             rows = {key: each.chunk(len(names) + 1) for key, each in bodies.items()}
             bodies = {key: torch.cat([each[n] for n in (*partners, -1)]) for key, each in rows.items()}
-        found = self._decoded(names[there], coded, roots, bodies)
-        chunks = (each.chunk(len(order)) for each in found)
+        decoded = self._decoded(names[there], coded, roots, bodies)
+        chunks = (each.chunk(len(order)) for each in decoded)
         return [Answer(*each) for each in zip(*chunks, strict=True)]
 
     def _decoded(self, name: str, codes: Sequence[Tensor], roots: Sequence[Tensor], bodies: Side) -> Answer:
@@ -137,8 +137,8 @@ class PanTraining(SkeletalTraining[Structure]):
         if weights.positions == "summed":
             positions = summed(local, plain[..., -1, :])
         else:
-            given = self._settings.yaw == "source" and features.local
-            turn = torch.view_as_complex(bodies["turn"]) if given else None
+            turned = self._settings.yaw == "source" and features.local
+            turn = torch.view_as_complex(bodies["turn"]) if turned else None
             positions = world(local, plain[..., -1, :], features.root, turn)
         if weights.lengths == "units":
             return Answer(edges, plain, local, positions, torch.ones_like(bodies["unit"]))
@@ -161,12 +161,14 @@ class PanTraining(SkeletalTraining[Structure]):
         for there, name in enumerate(names):
             for here in range(len(names)):
                 if here != there or len(names) == 1:
-                    seen = self._seen(name, shown[here, there])
-                    loss = self._discriminators.adversarial_loss(name, seen)
+                    fake = self._discriminator_inputs(name, shown[here, there])
+                    loss = self._discriminators.adversarial_loss(name, fake)
                     self._objective.add("adversarial", weight, loss)
-                    memory["shown"].append((name, self._seen(name, real[there]).detach(), seen.detach()))
+                    memory["shown"].append(
+                        (name, self._discriminator_inputs(name, real[there]).detach(), fake.detach())
+                    )
 
-    def _seen(self, name: str, answer: Answer) -> Tensor:
+    def _discriminator_inputs(self, name: str, answer: Answer) -> Tensor:
         """The input of a discriminator ``(rows, frames, channels)``."""
         kind = self._settings.weights.discriminator_input
         if kind == "motion":
@@ -179,7 +181,7 @@ class PanTraining(SkeletalTraining[Structure]):
         return torch.cat([vectors, answer.edges[..., -1, :]], -1)
 
     def _channels(self, body: LayoutBody, end_sites: int) -> int:
-        """The number of channels of ``_seen``."""
+        """The number of channels of ``_discriminator_inputs``."""
         joints = len(body.joints)
         numbers = {
             "motion": 4 * (body.layout.edges + 1),

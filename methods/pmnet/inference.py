@@ -47,13 +47,13 @@ class Stream:
         device = self._sizes.device
         lengths = torch.tensor(self._lengths or [len(poses)] * poses.shape[1], device=device)
         with torch.no_grad():
-            seen = self._source.scale.poses(torch.from_numpy(poses).to(device))
-            codes = self._source.encode(seen[..., :-MOVES])
+            normalised = self._source.scale.poses(torch.from_numpy(poses).to(device))
+            codes = self._source.encode(normalised[..., :-MOVES])
             turns = self._target.answer(codes, self._bodies).cpu().numpy()
-            walked = divided(seen[..., -MOVES:], self._sizes)
+            walked = divided(normalised[..., -MOVES:], self._sizes)
             walks = self._target.moved(walked, time_first_mask(lengths, len(poses)))
-            given = self._target.scale.restore("moves", divided(walks, 1.0 / self._bodies.sizes))
-            moves = given.cpu().numpy().astype(np.float64)
+            scaled = self._target.scale.restore("moves", divided(walks, 1.0 / self._bodies.sizes))
+            moves = scaled.cpu().numpy().astype(np.float64)
         if clean:
             moves = features.cleaned(moves, poses[..., -MOVES:])
         return turns, *self._path.follow(moves, turn, hips)
@@ -84,7 +84,9 @@ class Retargeter(Choices, SightRetargeter):
 
     def stream(self, cases: Cases) -> Stream:
         sources, targets, device, heights = cases.sources, cases.targets, cases.device, cases.heights
-        source, target = (self.networks(device)[self.structure(mine[0])] for mine in (sources, targets))
+        source, target = (
+            self.networks(device)[self.structure(characters[0])] for characters in (sources, targets)
+        )
         unit = np.array([features.unit(each, self.lengths) for each in targets])
         lacks = torch.from_numpy(np.stack([self.lacks(each) for each in targets]))
         raised = np.asarray(heights) / unit if len(heights) else np.zeros(len(targets))
@@ -106,7 +108,7 @@ class Retargeter(Choices, SightRetargeter):
         return PmnetTraining(
             bodies,
             {name: self.size(cast[name]) for name in sorted(training_data.clips)},
-            {name: self.roles(cast[mine[0]]) for name, mine in bodies.casts.items()},
+            {name: self.roles(cast[members[0]]) for name, members in bodies.casts.items()},
             self,
             config,
             lambda tensors: replace(self).using(tensors),

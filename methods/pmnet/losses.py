@@ -19,8 +19,8 @@ UPPER = "_up_leg"
 
 def emphasis(roles: Sequence[str | None]) -> list[float]:
     """The weight of each joint."""
-    named = [role or "" for role in roles]
-    return [2.0 if each.endswith(LIMBS) and not each.endswith(UPPER) else 1.0 for each in named]
+    names = [role or "" for role in roles]
+    return [2.0 if each.endswith(LIMBS) and not each.endswith(UPPER) else 1.0 for each in names]
 
 
 def places(a: Tensor, b: Tensor, weights: Tensor, real: Tensor) -> Tensor:

@@ -52,8 +52,8 @@ class Bodies:
             rotations = folded(rotations, self.lacks, self.lacking)
         frames, rows = rotations.shape[:2]
         root = self.rest[:, None, :3].expand(rows, frames, 3)
-        found, _ = kinematics(self.tree, self.offsets, rotations.transpose(0, 1), root)
-        return found.transpose(0, 1).flatten(2)
+        positions, _ = kinematics(self.tree, self.offsets, rotations.transpose(0, 1), root)
+        return positions.transpose(0, 1).flatten(2)
 
 
 class Generator(nn.Module):

@@ -37,7 +37,7 @@ class Choices:
 
 @dataclass(eq=False)
 class Shown:
-    """What discriminators see of one group: trajectories ``(rows, frames, 3)`` of sources and answers.
+    """The discriminators' inputs of one group: trajectories ``(rows, frames, 3)`` of sources and answers.
 
     structures: of source and target. logits: ``(rows,)`` of the answers, with gradients. fooling: those of
     answers on other bodies, which the generator learns from.
@@ -76,7 +76,9 @@ class PmnetTraining(UnpairedTraining):
             variant=choices.variant,
         )
         self._sizes = sizes
-        self._emphasis = {name: torch.tensor(losses.emphasis(mine)) for name, mine in roles.items()}
+        self._emphasis = {
+            name: torch.tensor(losses.emphasis(of_structure)) for name, of_structure in roles.items()
+        }
         self._discriminators = {name: TemporalDiscriminator(3, 0, widths=WIDTHS) for name in self._names}
         self._rule = NknUpdateRule(len(self._names))
         self.modules["discriminator"] = nn.ModuleDict(self._discriminators)
@@ -89,7 +91,8 @@ class PmnetTraining(UnpairedTraining):
         del numbers
         sizes = {"sizes": group.sources, "target_sizes": group.targets}
         return {
-            key: np.array([[self._sizes[name]] for name in mine], np.float32) for key, mine in sizes.items()
+            key: np.array([[self._sizes[name]] for name in names], np.float32)
+            for key, names in sizes.items()
         }
 
     # -------------------------------------------------------------------------------------- losses
@@ -99,17 +102,17 @@ class PmnetTraining(UnpairedTraining):
         return self._discriminate(memory["shown"])
 
     def _generate(self, groups: Sequence[Mapping[str, Any]], memory: dict[str, Any]) -> Terms:
-        found: dict[str, list[Tensor]] = {}
+        sums: dict[str, list[Tensor]] = {}
         shown: list[Shown] = []
         memory["shown"] = shown
         for group in groups:
             for name, term in self._terms(group, shown).items():
-                found.setdefault(name, []).append(term)
+                sums.setdefault(name, []).append(term)
         frames = torch.stack([group["lengths"].sum() for group in groups]).sum()
-        over = dict.fromkeys(found, frames)
-        over |= dict.fromkeys(("same_places", "same_moves"), self._kept(groups))
+        over = dict.fromkeys(sums, frames)
+        over |= dict.fromkeys(("same_places", "same_moves"), self._same_frames(groups))
         over["adversarial"] = torch.stack([(~group["same"]).sum() for group in groups]).sum().clamp(min=1)
-        return {name: torch.stack(each).sum() / over[name] for name, each in found.items()}
+        return {name: torch.stack(each).sum() / over[name] for name, each in sums.items()}
 
     def _terms(self, group: Mapping[str, Any], shown: list[Shown]) -> dict[str, Tensor]:
         """Sums over a group's real frames, and the adversarial term's over its rows."""
@@ -121,7 +124,7 @@ class PmnetTraining(UnpairedTraining):
         poses = source.scale.poses(group["poses"].transpose(0, 1))
         places, moves = poses[..., :-MOVES], poses[..., -MOVES:]
         real = time_first_mask(group["lengths"], len(poses))
-        kept = real * group["same"]
+        same = real * group["same"]
 
         features = source.encode(places)
         solved, answers = source.solved(features), target.answer(features, other)
@@ -129,7 +132,7 @@ class PmnetTraining(UnpairedTraining):
         there = target.scale.normalise("places", other.places(answers))
         walked = divided(moves, body.sizes)
         walks = target.moved(walked, real)
-        given = torch.cat([there, divided(walks, 1.0 / other.sizes)], -1)
+        target_poses = torch.cat([there, divided(walks, 1.0 / other.sizes)], -1)
 
         nothing, weights = places.new_zeros(()), self._emphasis[names[0]].to(places.device)
         self._emphasis[names[0]] = weights  # to stay there: another copy would be waited for
@@ -138,14 +141,14 @@ class PmnetTraining(UnpairedTraining):
             "same_places": nothing,
             "same_moves": nothing,
             "twist": losses.TWIST * (twist(solved[..., 1:, :], real) + twist(answers[..., 1:, :], real)),
-            "features": losses.FEATURES * losses.squares(features, target.encode(there), real - kept),
+            "features": losses.FEATURES * losses.squares(features, target.encode(there), real - same),
         }
         if names[0] == names[1]:
-            terms["same_places"] = losses.places(there, places, weights, kept)
-            terms["same_moves"] = losses.squares(walks, walked, kept)
-        terms |= self._ended(group, source.scale, target.scale, poses, given, real)
-        asked = self._trajectory(source, poses, body), self._trajectory(target, given, other)
-        terms["adversarial"] = losses.ADVERSARIAL * self._fooled(group, *asked, shown)
+            terms["same_places"] = losses.places(there, places, weights, same)
+            terms["same_moves"] = losses.squares(walks, walked, same)
+        terms |= self._ended(group, source.scale, target.scale, poses, target_poses, real)
+        trajectories = self._trajectory(source, poses, body), self._trajectory(target, target_poses, other)
+        terms["adversarial"] = losses.ADVERSARIAL * self._fooled(group, *trajectories, shown)
         return terms
 
     def _bodies(self, name: str, group: Mapping[str, Any], whose: str) -> Bodies:
@@ -172,23 +175,23 @@ class PmnetTraining(UnpairedTraining):
         shown.append(Shown(group["structures"], real, answers.detach(), group["lengths"], logits, fooling))
         return cross_entropy(fooling, True).sum()
 
-    def _judged(self, structure: int, seen: Tensor, lengths: Tensor, learns: bool = False) -> Tensor:
+    def _judged(self, structure: int, inputs: Tensor, lengths: Tensor, learns: bool = False) -> Tensor:
         network = self._discriminators[self._names[structure]]
-        return network(seen, seen.new_zeros(len(seen), 0), lengths, learns)
+        return network(inputs, inputs.new_zeros(len(inputs), 0), lengths, learns)
 
     def _discriminate(self, shown: Sequence[Shown]) -> Terms:
         """Sources are real to the discriminator of their structure, answers are not to that of theirs."""
         learns = self._rule.update([(each.structures[1], each.logits) for each in shown])
         if not any(learns):
             return {}
-        found: list[Tensor] = []
+        terms: list[Tensor] = []
         for each in shown:
-            for structure, seen, real in zip(
+            for structure, inputs, real in zip(
                 each.structures, (each.real, each.answers), (True, False), strict=True
             ):
                 if learns[structure]:
-                    logits = self._judged(structure, seen, each.lengths, learns=True)
-                    found.append(cross_entropy(logits, real).mean())
-        if not found:  # another process has rows of what learns, and waits for this one's gradients
-            found = [0.0 * each.sum() for each in self.modules["discriminator"].parameters()]
-        return {"cross_entropy": torch.stack(found).sum()}
+                    logits = self._judged(structure, inputs, each.lengths, learns=True)
+                    terms.append(cross_entropy(logits, real).mean())
+        if not terms:  # another process has rows of what learns, and waits for this one's gradients
+            terms = [0.0 * each.sum() for each in self.modules["discriminator"].parameters()]
+        return {"cross_entropy": torch.stack(terms).sum()}

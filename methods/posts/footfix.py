@@ -56,21 +56,21 @@ class FootFix:
 
     def process(self, prediction: Prediction, source: Prediction, *, context: Context) -> Prediction:
         body = prediction.character
-        theirs, ours = np.array(_feet(source.character, body)).T
-        rests = planted(source.positions[:, theirs], source.character.height, source.fps, self.limit)
+        source_feet, target_feet = np.array(_feet(source.character, body)).T
+        rests = planted(source.positions[:, source_feet], source.character.height, source.fps, self.limit)
         reach = round(self.blend * source.fps / 30)
-        wanted = prediction.positions.copy()
-        wanted[:, ours] = held(prediction.positions[:, ours], rests, reach)
+        targets = prediction.positions.copy()
+        targets[:, target_feet] = held(prediction.positions[:, target_feet], rests, reach)
         touched = np.flatnonzero((near(rests, reach)[0] > 0).any(axis=(1, 2)))
         if not len(touched):
             return prediction
         if not isinstance(prediction, Motion):
-            return body.positions(wanted, prediction.fps)
+            return body.positions(targets, prediction.fps)
         moved = prediction.copy()
         for first in range(0, len(touched), CHUNK):
             some = touched[first : first + CHUNK]
             moved.rotations[some], moved.root[some] = solve(
-                prediction.at(some), wanted[some], self.steps, self.rate, context.device
+                prediction.at(some), targets[some], self.steps, self.rate, context.device
             )
         return moved
 
@@ -103,9 +103,9 @@ def near(rests: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray, np.ndar
     at = np.arange(count)[:, None]
     before = np.maximum.accumulate(np.where(rests, at, -1), axis=0)
     after = np.minimum.accumulate(np.where(rests, at, count)[::-1], axis=0)[::-1]
-    known = np.stack([before >= 0, after < count], axis=2)
-    frames = np.where(known, np.stack([before, after], axis=2), at[..., None])
-    away = np.where(known, np.abs(frames - at[..., None]), count + reach)
+    exists = np.stack([before >= 0, after < count], axis=2)
+    frames = np.where(exists, np.stack([before, after], axis=2), at[..., None])
+    away = np.where(exists, np.abs(frames - at[..., None]), count + reach)
     return ease(away / (reach + 1)), away, frames
 
 
@@ -126,11 +126,11 @@ def held(places: np.ndarray, rests: np.ndarray, reach: int) -> np.ndarray:
 
 # ------------------------------------------------------------------------------------------- solving
 def solve(
-    motion: Motion, wanted: np.ndarray, steps: int, rate: float, device: str
+    motion: Motion, targets: np.ndarray, steps: int, rate: float, device: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Rotations and root path, from those of ``motion``, that bring its joints near the places wanted.
+    """Rotations and root path, from those of ``motion``, that bring its joints near targets.
 
-    wanted: ``(frames, joints, 3)`` metres. Every frame gets the best of its iterates, the start included: a
+    targets: ``(frames, joints, 3)`` metres. Every frame gets the best of its iterates, or its start: a
     rate that is right for centimetres makes Adam swing by millimetres about what was nearly right before.
     """
     import torch
@@ -142,24 +142,24 @@ def solve(
 
     height = motion.character.height
     tree = Tree.of(motion.skeleton).to(device)
-    offsets, start, goal = tensor(motion.skeleton.offsets), tensor(motion.root), tensor(wanted)
+    offsets, start, goal = tensor(motion.skeleton.offsets), tensor(motion.root), tensor(targets)
     turns = tensor(motion.rotations).requires_grad_()
     shift = torch.zeros_like(start).requires_grad_()
     adam = torch.optim.Adam([turns, shift], lr=rate)
-    kept, least = [turns.detach().clone(), start.clone()], torch.full_like(start[:, 0], torch.inf)
+    lowest, least = [turns.detach().clone(), start.clone()], torch.full_like(start[:, 0], torch.inf)
     for step in range(steps + 1):
         unit, root = torch.nn.functional.normalize(turns, dim=-1), start + height * shift
         places, _ = forward(tree, offsets, unit, root)
         off = ((places - goal) / height).square().sum(dim=(1, 2))
         better = off.detach() < least
         least = torch.where(better, off.detach(), least)
-        for best, found in zip(kept, (unit, root), strict=True):
-            best[better] = found.detach()[better]
+        for best, current in zip(lowest, (unit, root), strict=True):
+            best[better] = current.detach()[better]
         if step < steps:
             adam.zero_grad()
             off.sum().backward()  # type: ignore[no-untyped-call]
             adam.step()
-    rotations, path = (best.cpu().numpy() for best in kept)
+    rotations, path = (best.cpu().numpy() for best in lowest)
     return rotations, path
 
 

@@ -69,8 +69,10 @@ def _turned(
 ) -> Motion:
     """By orientations relative to the reference pose, a change as seen from the joint that it turns."""
     target = answer.character
-    copied, kept = (transfer.orientations(each, target) for each in (source, own))
-    changed = rotation.multiply(rotation.conjugate(kept), transfer.relative(answer))  # (frames, joints, 4)
+    copied, reconstructed = (transfer.orientations(each, target) for each in (source, own))
+    changed = rotation.multiply(
+        rotation.conjugate(reconstructed), transfer.relative(answer)
+    )  # (frames, joints, 4)
     moved = transfer.hips(answer) - ratios * transfer.hips(own)
     for piece in pieces:
         turns = rotation.continuous(rotation.normalise(changed[piece]))
@@ -94,13 +96,13 @@ def _placed(
     lacking = bones.carried(source.positions - own.positions)
     changed = answer.positions - bones.carried(own.positions)  # (frames, joints, 3)
     trembling = np.concatenate([changed[piece] - averaged(changed[piece], width) for piece in pieces])
-    found = answer.positions + lacking - trembling[:, bones.like]
-    return answer.character.positions(found, answer.fps)
+    places = answer.positions + lacking - trembling[:, bones.like]
+    return answer.character.positions(places, answer.fps)
 
 
 @dataclass(frozen=True, eq=False)
 class _Bones:
-    """Which of the source's joints each of the target's ``(joints,)`` takes after.
+    """The source's joint that each of the target's ``(joints,)`` takes after.
 
     like:  the joint itself where the source has a counterpart, else the nearest above that has one; the
            hips for what is above them. match: that joint's counterpart.
@@ -127,25 +129,25 @@ class _Bones:
                 like[joint] = like[parent]
         above = np.where(np.isin(like, first), -1, like[np.array(parents)[like]])
         match = answer[like]
-        mine, theirs = target.reference_places, source.reference_places
-        length = np.linalg.norm(mine[like] - mine[above], axis=-1)
-        there = np.linalg.norm(theirs[match] - theirs[match[above]], axis=-1)
+        target_places, source_places = target.reference_places, source.reference_places
+        length = np.linalg.norm(target_places[like] - target_places[above], axis=-1)
+        there = np.linalg.norm(source_places[match] - source_places[match[above]], axis=-1)
         scale = np.divide(length, there, out=np.zeros_like(length), where=there > _SHORT * source.height)
         return cls(like, match, above, np.where(above[:, None] < 0, ratios, scale[:, None]))
 
     def carried(self, positions: np.ndarray) -> np.ndarray:
         """``(frames, joints of the target, 3)``: displacements, or positions, ``(frames, joints of the
         source, 3)`` added up along the target's bones."""
-        found = np.empty((len(positions), len(self.like), 3))
+        out = np.empty((len(positions), len(self.like), 3))
         order = sorted(set(self.like.tolist()), key=lambda joint: (self.above[joint] >= 0, joint))
         for joint in order:
             above, here = self.above[joint], positions[:, self.match[joint]]
             if above < 0:
-                found[:, joint] = self.scale[joint] * here
+                out[:, joint] = self.scale[joint] * here
             else:
                 bone = here - positions[:, self.match[above]]
-                found[:, joint] = found[:, above] + self.scale[joint] * bone
-        return found[:, self.like]
+                out[:, joint] = out[:, above] + self.scale[joint] * bone
+        return out[:, self.like]
 
 
 plugin = Residual

@@ -60,5 +60,5 @@ class TrajectoryDiscriminator(nn.Module):
 def _real(hidden: Tensor, lengths: Tensor) -> Tensor:
     """``(rows, width, frames)`` with zeros behind each row's last frame, and two frames at least."""
     real = frame_mask(lengths, hidden.shape[-1]).unsqueeze(1)
-    kept = torch.where(real, hidden, hidden.new_zeros(()))
-    return functional.pad(kept, (0, max(2 - hidden.shape[-1], 0)))
+    masked = torch.where(real, hidden, hidden.new_zeros(()))
+    return functional.pad(masked, (0, max(2 - hidden.shape[-1], 0)))

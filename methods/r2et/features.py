@@ -1,4 +1,4 @@
-"""What R2ET's network sees of bodies and motions, in centimetres and seen from where the body faces.
+"""Inputs of R2ET's network: bodies and motions, in centimetres and relative to where the body faces.
 
 Sources: Zhang et al., CVPR 2023, and its published code, which prepares motions as NKN's does. In aligned
 form (``motion/aligned.py``) a Mixamo rig has the rotations and offsets of its own file.
@@ -50,18 +50,18 @@ def offsets(character: Character) -> np.ndarray:
     In the published code it is their height in the first frame, for the target that of its own motion in
     the same clip, which is part of the answer.
     """
-    found = np.array(body(character).offsets)
-    found[0] = (0.0, character.measures.hip_height, 0.0)
-    return (found / CENTIMETRE).astype(np.float32)
+    bones = np.array(body(character).offsets)
+    bones[0] = (0.0, character.measures.hip_height, 0.0)
+    return (bones / CENTIMETRE).astype(np.float32)
 
 
 def rotations(motion: Motion, smoothing: float) -> np.ndarray:
     """``(frames, 22, 4)`` float32, w >= 0: local rotations in aligned form, the hips' seen from where the
     body faces. smoothing: frames at 30 per second over which that direction is averaged."""
-    found, _ = body(motion.character).see(motion)
+    turns, _ = body(motion.character).see(motion)
     turn = direction(motion, smoothing * motion.fps / rates.FPS)
-    found[:, 0] = rotation.multiply(facing.rotation(turn.conj()), found[:, 0])
-    return np.where(found[..., :1] < 0, -found, found).astype(np.float32)
+    turns[:, 0] = rotation.multiply(facing.rotation(turn.conj()), turns[:, 0])
+    return np.where(turns[..., :1] < 0, -turns, turns).astype(np.float32)
 
 
 def see(motion: Motion, smoothing: float) -> dict[str, np.ndarray]:
@@ -90,8 +90,8 @@ def direction(motion: Motion, deviation: float) -> np.ndarray:
     across = (places[:, _LEFT] - places[:, _RIGHT]).sum(1)
     across /= np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), 1e-9)
     forward = _averaged(across[:, 0] - 1j * across[:, 2], deviation)
-    told = np.abs(forward) > 1e-6
-    return np.where(told, forward / np.where(told, np.abs(forward), 1.0), 1.0)
+    defined = np.abs(forward) > 1e-6
+    return np.where(defined, forward / np.where(defined, np.abs(forward), 1.0), 1.0)
 
 
 def _averaged(signal: np.ndarray, deviation: float) -> np.ndarray:
@@ -121,6 +121,6 @@ def path(hips: np.ndarray, source: Character, target: Character, kind: Size) -> 
     lets them begin at the target's own place in the same clip.
     """
     ratio = size(target, kind) / size(source, kind)
-    found = ratio * hips
-    found[:, 1] += (root_rules.ratios("hip_height", source, target)[1] - ratio) * hips[0, 1]
-    return found
+    scaled = ratio * hips
+    scaled[:, 1] += (root_rules.ratios("hip_height", source, target)[1] - ratio) * hips[0, 1]
+    return scaled

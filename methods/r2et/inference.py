@@ -27,9 +27,9 @@ def retargeted(
     changes = changed(network, features.rotations(source, smoothing), source.character, target, chunk)
     turned = rotation.multiply(local, changes.astype(np.float64))
     turned[:, list(features.LEAVES)] = local[:, list(features.LEAVES)]
-    found = features.path(hips, source.character, target, size)
+    target_hips = features.path(hips, source.character, target, size)
     turned = rotation.continuous(rotation.normalise(turned))
-    return features.body(target).motion(turned, found, source.fps)
+    return features.body(target).motion(turned, target_hips, source.fps)
 
 
 def changed(

@@ -28,16 +28,16 @@ def frame_mean(values: Tensor, real: Tensor) -> Tensor:
     return torch.where(real, sums, sums.new_zeros(())).sum() / real.sum().clamp(min=1)
 
 
-def positions(found: Tensor, wanted: Tensor, weights: Tensor, real: Tensor) -> Tensor:
+def positions(predicted: Tensor, truth: Tensor, weights: Tensor, real: Tensor) -> Tensor:
     """Squared differences of positions ``(rows, frames, 22, 3)``, weighted by joint."""
-    return frame_mean((found - wanted).square() * weights.unsqueeze(-1), real)
+    return frame_mean((predicted - truth).square() * weights.unsqueeze(-1), real)
 
 
-def rotations(found: Tensor, wanted: Tensor, real: Tensor) -> Tensor:
-    """Squared differences of quaternions ``(rows, frames, 22, 4)``, each ``wanted`` with the sign that
+def rotations(predicted: Tensor, truth: Tensor, real: Tensor) -> Tensor:
+    """Squared differences of quaternions ``(rows, frames, 22, 4)``, each ``truth`` with the sign that
     brings it nearer: q and -q are one rotation."""
-    near = torch.where((found * wanted).sum(-1, keepdim=True) < 0, -wanted, wanted)
-    return frame_mean((found - near).square(), real)
+    near = torch.where((predicted * truth).sum(-1, keepdim=True) < 0, -truth, truth)
+    return frame_mean((predicted - near).square(), real)
 
 
 def semantics_matrix(positions: Tensor) -> Tensor:
@@ -49,6 +49,6 @@ def semantics_matrix(positions: Tensor) -> Tensor:
     return apart / apart.sum(-1, keepdim=True).clamp(min=1e-6)
 
 
-def semantics(found: Tensor, wanted: Tensor, real: Tensor) -> Tensor:
+def semantics(predicted: Tensor, truth: Tensor, real: Tensor) -> Tensor:
     """Squared differences of the semantics matrices of positions ``(rows, frames, 22, 3)``."""
-    return frame_mean((semantics_matrix(found) - semantics_matrix(wanted)).square(), real)
+    return frame_mean((semantics_matrix(predicted) - semantics_matrix(truth)).square(), real)

@@ -44,8 +44,8 @@ class JointEncoder(nn.Module):
         queries, keys, values = (
             each.unflatten(-1, (self.heads, -1)).transpose(1, 2) for each in self.qkv(tokens).chunk(3, -1)
         )
-        found = functional.scaled_dot_product_attention(queries, keys, values, scale=TOKEN**-0.5)
-        code = self.dropout(self.out(found.transpose(1, 2).flatten(2)))
+        attended = functional.scaled_dot_product_attention(queries, keys, values, scale=TOKEN**-0.5)
+        code = self.dropout(self.out(attended.transpose(1, 2).flatten(2)))
         first, second = self.feed
         fed = self.dropout(functional.relu(first(self.norm(code))))
         return (code + self.dropout(second(fed))).unflatten(0, joints.shape[:-2])

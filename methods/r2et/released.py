@@ -34,8 +34,8 @@ _ENCODER = {
     "trans1.layers.0.1.fn.fn.nn2": "feed.1",
 }
 _MODULES = {
-    **{f"delta_dec.q_encoder.{theirs}": f"motion.{ours}" for theirs, ours in _ENCODER.items()},
-    **{f"delta_dec.skel_encoder.{theirs}": f"body.{ours}" for theirs, ours in _ENCODER.items()},
+    **{f"delta_dec.q_encoder.{released}": f"motion.{own}" for released, own in _ENCODER.items()},
+    **{f"delta_dec.skel_encoder.{released}": f"body.{own}" for released, own in _ENCODER.items()},
     "delta_dec.embed_linear": "join",
     "delta_dec.delta_linear": "change",
 }
@@ -55,30 +55,30 @@ def read(path: Path) -> dict[str, Tensor]:
 
     Raises FileError where a file is missing or is not what it should be.
     """
-    found = renamed(torch_files.read(path), path)
+    tensors = renamed(torch_files.read(path), path)
     for name, file in _statistics(path).items():
         try:
             values = np.load(file, allow_pickle=False).reshape(-1).astype(np.float32)
         except (OSError, ValueError) as error:
             raise FileError(file, f"is no array of R2ET's statistics ({error})") from error
-        found[f"scale.{name}"] = torch_files.real(torch.from_numpy(values), "the array", file)
-    still = found["scale.positions_deviation"] == 0
-    found["scale.positions_deviation"][still] = 1.0
-    return found
+        tensors[f"scale.{name}"] = torch_files.real(torch.from_numpy(values), "the array", file)
+    still = tensors["scale.positions_deviation"] == 0
+    tensors["scale.positions_deviation"][still] = 1.0
+    return tensors
 
 
 def renamed(weights: Mapping[str, Any], path: Path) -> dict[str, Tensor]:
     """Tensors of the authors' names under ours. Raises FileError where a name is not one of theirs, or is
     not of a tensor of finite real numbers."""
-    found: dict[str, Tensor] = {}
+    tensors: dict[str, Tensor] = {}
     for name, tensor in weights.items():
         module, _, kind = name.removeprefix(_PREFIX).rpartition(".")
         if f"{module}.{kind}" == _UNUSED:
             continue
         if module not in _MODULES:
             raise FileError(path, f"holds {name}, so it is not R2ET's skeleton-aware network")
-        found[f"{_MODULES[module]}.{kind}"] = torch_files.real(tensor, name, path)
-    return found
+        tensors[f"{_MODULES[module]}.{kind}"] = torch_files.real(tensor, name, path)
+    return tensors
 
 
 def _statistics(path: Path) -> dict[str, Path]:

@@ -57,8 +57,8 @@ class R2ETTraining:
         self._offsets = np.stack([features.offsets(each) for each in bodies])
         self._lacks = np.stack([features.body(each).lacks for each in bodies])
         self._heights = np.array([features.size(each, "chain") for each in bodies], np.float32)
-        seen = np.concatenate([training_data.stacked("positions"), self._offsets])
-        network.scale.fit("positions", seen, constant=STILL)
+        positions = np.concatenate([training_data.stacked("positions"), self._offsets])
+        network.scale.fit("positions", positions, constant=STILL)
         network.scale.fit("rotations", training_data.stacked("rotations"), least=LEAST)
         self.network, self.discriminator = network, TrajectoryDiscriminator()
         self.rule = NknUpdateRule()
@@ -115,37 +115,41 @@ class R2ETTraining:
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
         if phase == "discriminator":
             return self._discriminate(memory)
-        found, places = self._answered(batch)
+        turned, places = self._answered(batch)
         source, real = batch["rotations"], frame_mask(batch["lengths"], self._window)
         own = real & batch["same"].unsqueeze(1)
-        seen, answered = (self.network.normal("positions", each) for each in (batch["positions"], places))
-        joint_weights = self._weights.to(seen.device, non_blocking=True)
+        normalised, answered = (
+            self.network.normal("positions", each) for each in (batch["positions"], places)
+        )
+        joint_weights = self._weights.to(normalised.device, non_blocking=True)
         return {
-            "positions": losses.positions(answered, seen, joint_weights, own),
-            "rotations": losses.rotations(found, source, own),
-            "twist": losses.TWIST * twist(found[..., 1:, :], real) / real.sum(),
+            "positions": losses.positions(answered, normalised, joint_weights, own),
+            "rotations": losses.rotations(turned, source, own),
+            "twist": losses.TWIST * twist(turned[..., 1:, :], real) / real.sum(),
             "semantics": losses.SEMANTICS * losses.semantics(places, batch["positions"], real),
-            "adversarial": losses.ADVERSARIAL * self._fooling(seen, answered, batch, memory),
+            "adversarial": losses.ADVERSARIAL * self._fooling(normalised, answered, batch, memory),
         }
 
     def _answered(self, batch: Batch) -> tuple[Tensor, Tensor]:
         """Rotations ``(rows, frames, 22, 4)`` of the targets, and positions ``(rows, frames, 22, 3)``."""
         target = batch["target"]
         codes = (self.network.bones(batch[body]["offsets"]).unsqueeze(1) for body in ("source", "target"))
-        found = rotation.multiply(batch["rotations"], self.network(batch["rotations"], *codes))
-        found = folded(found, target["lacks"].unsqueeze(1), target["lacking"])
+        turned = rotation.multiply(batch["rotations"], self.network(batch["rotations"], *codes))
+        turned = folded(turned, target["lacks"].unsqueeze(1), target["lacking"])
         offsets = target["offsets"]
         if self._tree.mask.device != offsets.device:
             self._tree = self._tree.to(offsets.device)
-        hips = offsets[:, :1].expand(-1, found.shape[1], -1)
-        return found, kinematics(self._tree, offsets, found, hips)[0]
+        hips = offsets[:, :1].expand(-1, turned.shape[1], -1)
+        return turned, kinematics(self._tree, offsets, turned, hips)[0]
 
     # --------------------------------------------------------------------------------- discriminator
-    def _fooling(self, seen: Tensor, answered: Tensor, batch: Batch, memory: dict[str, Any]) -> Tensor:
+    def _fooling(
+        self, normalised: Tensor, answered: Tensor, batch: Batch, memory: dict[str, Any]
+    ) -> Tensor:
         """The adversarial term, of the rows that went to another body; what the discriminator's phase needs
         is left in ``memory``."""
         rows = batch["other"]
-        real = _trajectory(seen, batch, batch["source"]["heights"])[rows]
+        real = _trajectory(normalised, batch, batch["source"]["heights"])[rows]
         shown, lengths = (
             _trajectory(answered, batch, batch["target"]["heights"])[rows],
             batch["lengths"][rows],

@@ -128,16 +128,16 @@ class Same(LearnedMethod):
         return super().tensors if self._released is None else self._released.tensors()
 
 
-_OURS = TrainingConfig(
+_DEFAULT = TrainingConfig(
     steps=12_000, batch=16, window=8, rate=3e-3, schedule="cosine", warm_up=100, validate=500, average=0.999
 )
 PRESETS = {
     "paper": TrainingConfig(
         steps=240_000, batch=256, window=8, rate=1e-2, schedule="cosine", validate=5000
     ),
-    "default": _OURS,
-    "gpu": replace(_OURS, steps=40_000, batch=256),
-    "quick": replace(_OURS, steps=60, batch=8, warm_up=10, validate=30, cases=4),
+    "default": _DEFAULT,
+    "gpu": replace(_DEFAULT, steps=40_000, batch=256),
+    "quick": replace(_DEFAULT, steps=60, batch=8, warm_up=10, validate=30, cases=4),
 }
 """The released config has the batch, the window and the highest rate of ``paper``, for 240 epochs; how many
 steps an epoch has is not said."""

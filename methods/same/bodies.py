@@ -38,19 +38,21 @@ class SameBody:
     @cached_property
     def skeleton(self) -> Skeleton:
         """All nodes at rest in the reference pose, the hips at the origin; metres."""
-        seen, roles = self.aligned.skeleton, self.aligned.roles
-        ends = set(range(len(seen))) - set(seen.parents.tolist())
+        skeleton, roles = self.aligned.skeleton, self.aligned.roles
+        ends = set(range(len(skeleton))) - set(skeleton.parents.tolist())
         last = np.array(sorted(node for node in ends if not is_tip(roles[node])), dtype=np.int64)
         tips = np.array([self._tip(self.aligned.joints[node]) for node in last]).reshape(-1, 3)
-        names = (*seen.names, *(f"{seen.names[node]} tip" for node in last))
-        return Skeleton(names, np.concatenate([seen.parents, last]), np.concatenate([seen.offsets, tips]))
+        names = (*skeleton.names, *(f"{skeleton.names[node]} tip" for node in last))
+        return Skeleton(
+            names, np.concatenate([skeleton.parents, last]), np.concatenate([skeleton.offsets, tips])
+        )
 
     @cached_property
     def turning(self) -> np.ndarray:
         """``(nodes,)`` bool: what hangs from the node shows how it turns."""
-        found = np.zeros(len(self.skeleton), dtype=bool)
-        found[self.skeleton.parents[1:]] = True
-        return found
+        mask = np.zeros(len(self.skeleton), dtype=bool)
+        mask[self.skeleton.parents[1:]] = True
+        return mask
 
     @cached_property
     def shape(self) -> np.ndarray:
@@ -63,13 +65,13 @@ class SameBody:
     def _tip(self, joint: int) -> np.ndarray:
         """``(3,)`` metres: from a last joint to the mean of the end sites and of the joints below it, which
         are not seen (fingers); zeros where there are none."""
-        whole, places = self.character.skeleton, self.character.reference_places
+        skeleton, places = self.character.skeleton, self.character.reference_places
         ends = [
             rotation.rotate(self.character.reference_globals[joint], np.array(site.offset))
-            for site in whole.end_sites
+            for site in skeleton.end_sites
             if site.parent == joint
         ]
-        ends += [places[below] - places[joint] for below in np.flatnonzero(whole.parents == joint)]
+        ends += [places[below] - places[joint] for below in np.flatnonzero(skeleton.parents == joint)]
         return np.mean(ends, axis=0) if ends else np.zeros(3)
 
 

@@ -1,4 +1,4 @@
-"""What SAME sees of a motion: numbers of every node in every frame, from where the hips face.
+"""SAME's features of a motion: numbers of every node in every frame, from where the hips face.
 
 The order of the numbers is that of the released weights.
 """
@@ -16,7 +16,7 @@ VELOCITY, CHANGE, BEFORE, CONTACT = slice(13, 16), slice(16, 22), slice(22, 25),
 """Columns of a node: local rotation (two columns of its matrix); place; of the hips alone, their turn
 (radians) and steps left and ahead since the frame before, and height; velocity, per second; rotation since
 the frame before; place in the frame before; contact. Lengths are in cm."""
-SEEN = 26
+INPUTS = 26
 LOW, SLOW = 5.0, 40.0
 """cm and cm/s: a node that is lower and slower is in contact."""
 
@@ -34,17 +34,17 @@ def see(body: SameBody, motion: Motion) -> np.ndarray:
     level = places[:, 0] * np.array([1.0, 0.0, 1.0])
     step = rotation.rotate(back[:-1], np.diff(level, axis=0))
     moved = np.column_stack([angle(rotation.multiply(back[:-1], turn[1:])), step[:, 0], step[:, 2]])
-    found = np.zeros((*places.shape[:2], SEEN))
-    found[..., ROTATION] = columns(rotations)
-    found[..., POSITION] = rotation.rotate(back[:, None], places - level[:, None])
-    found[:, 0, ROOT] = np.column_stack([_since(moved), places[:, 0, 1]])
-    found[..., VELOCITY] = FPS * _since(rotation.rotate(back[1:, None], np.diff(places, axis=0)))
+    features = np.zeros((*places.shape[:2], INPUTS))
+    features[..., ROTATION] = columns(rotations)
+    features[..., POSITION] = rotation.rotate(back[:, None], places - level[:, None])
+    features[:, 0, ROOT] = np.column_stack([_since(moved), places[:, 0, 1]])
+    features[..., VELOCITY] = FPS * _since(rotation.rotate(back[1:, None], np.diff(places, axis=0)))
     changed = rotation.multiply(rotation.conjugate(rotations[:-1]), rotations[1:])
-    found[..., CHANGE] = _since(columns(changed), np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0]))
-    found[..., BEFORE] = found[..., POSITION] - found[..., VELOCITY] / FPS
-    slow = np.linalg.norm(found[..., VELOCITY], axis=-1) < SLOW
-    found[..., CONTACT.start] = (places[..., 1] < LOW) & slow
-    return found.astype(np.float32)
+    features[..., CHANGE] = _since(columns(changed), np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0]))
+    features[..., BEFORE] = features[..., POSITION] - features[..., VELOCITY] / FPS
+    slow = np.linalg.norm(features[..., VELOCITY], axis=-1) < SLOW
+    features[..., CONTACT.start] = (places[..., 1] < LOW) & slow
+    return features.astype(np.float32)
 
 
 def twist(orientations: np.ndarray) -> np.ndarray:
@@ -52,10 +52,10 @@ def twist(orientations: np.ndarray) -> np.ndarray:
 
     One that turns something upside down has none.
     """
-    found = orientations * np.array([1.0, 0.0, 1.0, 0.0])
-    length = np.linalg.norm(found, axis=-1, keepdims=True)
-    told = length > 1e-6
-    return np.where(told, found / np.where(told, length, 1.0), rotation.identity())
+    twists = orientations * np.array([1.0, 0.0, 1.0, 0.0])
+    length = np.linalg.norm(twists, axis=-1, keepdims=True)
+    defined = length > 1e-6
+    return np.where(defined, twists / np.where(defined, length, 1.0), rotation.identity())
 
 
 def angle(turns: np.ndarray) -> np.ndarray:

@@ -27,7 +27,7 @@ class Nodes(NamedTuple):
     def of(cls, body: SameBody) -> "Nodes":
         return cls(body.skeleton.parents, body.shape, body.turning)
 
-    def kept(self, nodes: np.ndarray) -> "Nodes":
+    def subset(self, nodes: np.ndarray) -> "Nodes":
         """Some of the nodes, increasing; what hangs from one that is left out has to be left out, too."""
         place = np.full(len(self.parents) + 1, -1)
         place[nodes] = np.arange(len(nodes))
@@ -39,7 +39,7 @@ class Graphs(NamedTuple):
 
     shape:   ``(nodes, 6)`` cm, see ``SameBody``. turning: which nodes turn.
     row:     ``(nodes,)`` whose node. hips: ``(rows,)`` the first node of each row.
-    mine, near: ``(edges,)`` nodes and their neighbours: what they hang from, and what hangs from them.
+    receivers, senders: ``(edges,)`` nodes and their neighbours: their parents and their children.
     levels:  nodes and what they hang from, by depth.
     """
 
@@ -47,8 +47,8 @@ class Graphs(NamedTuple):
     turning: Tensor
     row: Tensor
     hips: Tensor
-    mine: Tensor
-    near: Tensor
+    receivers: Tensor
+    senders: Tensor
     levels: tuple[tuple[Tensor, Tensor], ...]
 
     @classmethod
@@ -68,8 +68,8 @@ class Graphs(NamedTuple):
             turning=torch.from_numpy(np.flatnonzero(np.concatenate([each.turning for each in rows]))),
             row=torch.from_numpy(np.repeat(np.arange(len(rows)), counts)),
             hips=torch.from_numpy(hips),
-            mine=torch.from_numpy(np.concatenate([below, above])),
-            near=torch.from_numpy(np.concatenate([above, below])),
+            receivers=torch.from_numpy(np.concatenate([below, above])),
+            senders=torch.from_numpy(np.concatenate([above, below])),
             levels=tuple((torch.from_numpy(a), torch.from_numpy(b)) for a, b in levels(parents)),
         )
 

@@ -24,32 +24,32 @@ def retargeted(
     shown = rates.at_thirty(source)
     assert isinstance(shown, Motion)
     answer = answered(network, shown, target)
-    mine = body(target)
-    joints = len(mine.aligned.joints)
+    target_body = body(target)
+    joints = len(target_body.aligned.joints)
     rotations = rotation.from_matrix(matrices(answer.columns[:joints].double()).transpose(0, 1).numpy())
     turn, hips = travelled(answer.root[0].double().numpy(), shown, target, path)
     rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
-    motion = mine.aligned.motion(rotation.continuous(rotations), hips, FPS)
+    motion = target_body.aligned.motion(rotation.continuous(rotations), hips, FPS)
     return rates.back(motion, source)
 
 
 def answered(network: Autoencoder, source: Motion, target: Character) -> Answer:
     """The network's answer to a source at 30 fps, for the nodes of the target's graph; on the CPU."""
     device = next(network.parameters()).device
-    seen = torch.from_numpy(see(body(source.character), source)).transpose(0, 1)
+    inputs = torch.from_numpy(see(body(source.character), source)).transpose(0, 1)
     graphs = [to_device(Graphs.of([Nodes.of(body(each))]), device) for each in (source.character, target)]
-    found = []
+    chunks = []
     with torch.inference_mode():
         for first in range(0, source.frames, CHUNK):
-            codes = network.encode(seen[:, first : first + CHUNK].to(device), graphs[0])
-            found.append([each.cpu() for each in network.decode(codes, graphs[1])])
-    return Answer(*(torch.cat(each, 1) for each in zip(*found, strict=True)))
+            codes = network.encode(inputs[:, first : first + CHUNK].to(device), graphs[0])
+            chunks.append([each.cpu() for each in network.decode(codes, graphs[1])])
+    return Answer(*(torch.cat(each, 1) for each in zip(*chunks, strict=True)))
 
 
 def travelled(
     moves: np.ndarray, source: Motion, target: Character, path: root_rules.PathKind
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the hips face ``(frames, 4)`` and are ``(frames, 3)`` metres, by moves ``(frames, 4)`` of an
+    """The hips' facing ``(frames, 4)`` and positions ``(frames, 3)`` metres, by moves ``(frames, 4)`` of an
     answer. They begin where the source's, scaled to the target, are."""
     orientations = transfer.relative(source)[:, source.character.joint_of["hips"]]
     facing = twist(orientations)

@@ -41,18 +41,18 @@ class Performed(NamedTuple):
     contact: Tensor
 
 
-def answered(found: Answer, graphs: Graphs) -> Performed:
+def answered(output: Answer, graphs: Graphs) -> Performed:
     """A network's answer on its bodies."""
-    turned = matrices(found.columns)
-    local = places(graphs, turned, found.root[..., 3])
-    return Performed(turned, local, world(local, found.root, graphs), found.root, found.contact)
+    turned = matrices(output.columns)
+    local = places(graphs, turned, output.root[..., 3])
+    return Performed(turned, local, world(local, output.root, graphs), output.root, output.contact)
 
 
-def performed(seen: Tensor, graphs: Graphs) -> Performed:
-    """What features ``(nodes, frames, 26)`` say."""
-    root, local = seen[graphs.hips][..., ROOT], seen[..., POSITION]
-    contact = seen[..., CONTACT.start]
-    return Performed(matrices(seen[..., ROTATION]), local, world(local, root, graphs), root, contact)
+def performed(features: Tensor, graphs: Graphs) -> Performed:
+    """The motion in features ``(nodes, frames, 26)``."""
+    root, local = features[graphs.hips][..., ROOT], features[..., POSITION]
+    contact = features[..., CONTACT.start]
+    return Performed(matrices(features[..., ROTATION]), local, world(local, root, graphs), root, contact)
 
 
 def world(local: Tensor, root: Tensor, graphs: Graphs) -> Tensor:
@@ -92,5 +92,5 @@ def _turned(left: Tensor, ahead: Tensor, angle: Tensor) -> tuple[Tensor, Tensor]
     return left * cos + ahead * sin, ahead * cos - left * sin
 
 
-def _squares(found: Tensor, wanted: Tensor) -> Tensor:
-    return (found - wanted).square().mean()
+def _squares(predicted: Tensor, truth: Tensor) -> Tensor:
+    return (predicted - truth).square().mean()

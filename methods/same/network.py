@@ -8,7 +8,7 @@ from torch.nn import functional
 
 from retarget_bench.training.layers.normaliser import Normaliser
 
-from .features import ROOT, SEEN
+from .features import INPUTS, ROOT
 from .graph import Graphs
 
 SHAPE, CODE, HEADS, WIDTH, LAYERS = 6, 32, 16, 16, 3
@@ -48,43 +48,43 @@ class GraphAttention(nn.Module):
         sides = torch.cat([(each.unsqueeze(-1) * weight).sum(1) for each in (self.asking, self.asked)])
         to, of = functional.linear(nodes, sides).float().chunk(2, -1)
         values = self.linear(nodes).unflatten(-1, self.asked.shape)
-        mine, near = graphs.mine, graphs.near
+        receivers, senders = graphs.receivers, graphs.senders
         own = functional.leaky_relu(to + of, SLOPE)
-        across = functional.leaky_relu(to.index_select(0, mine) + of.index_select(0, near), SLOPE)
+        across = functional.leaky_relu(to.index_select(0, receivers) + of.index_select(0, senders), SLOPE)
         with torch.no_grad():  # a softmax does not depend on what is taken off
-            index = mine.view(-1, 1, 1).expand_as(across)
+            index = receivers.view(-1, 1, 1).expand_as(across)
             most = own.scatter_reduce(0, index, across, "amax")
-        own, across = (own - most).exp(), (across - most.index_select(0, mine)).exp()
-        total = own.index_add(0, mine, across)
-        found = values * (own / total).unsqueeze(-1)
-        share = across / total.index_select(0, mine)
-        found.index_add_(0, mine, values.index_select(0, near) * share.unsqueeze(-1))
-        return found.flatten(-2) + self.bias
+        own, across = (own - most).exp(), (across - most.index_select(0, receivers)).exp()
+        total = own.index_add(0, receivers, across)
+        mixed = values * (own / total).unsqueeze(-1)
+        share = across / total.index_select(0, receivers)
+        mixed.index_add_(0, receivers, values.index_select(0, senders) * share.unsqueeze(-1))
+        return mixed.flatten(-2) + self.bias
 
 
 class Autoencoder(nn.Module):
-    """Encoder and decoder, which know bodies by their graphs alone: 298,947 parameters."""
+    """Encoder and decoder, which see of bodies their graphs alone: 298,947 parameters."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.scale = Normaliser(shape=SHAPE, pose=SEEN)
-        self.encoder = nn.ModuleList(_layers(SHAPE + SEEN, CODE, beside=0))
+        self.scale = Normaliser(shape=SHAPE, pose=INPUTS)
+        self.encoder = nn.ModuleList(_layers(SHAPE + INPUTS, CODE, beside=0))
         self.decoder = nn.ModuleList(_layers(SHAPE + CODE, ROOT.stop - ROOT.start + 7, beside=SHAPE))
 
-    def encode(self, seen: Tensor, graphs: Graphs) -> Tensor:
+    def encode(self, inputs: Tensor, graphs: Graphs) -> Tensor:
         """Codes ``(rows, frames, 32)`` of motions as ``features.see`` has them ``(nodes, frames, 26)``."""
-        pose = self.scale.normalise("pose", seen)
-        lacking = torch.ones(len(seen), 1, 1, dtype=torch.bool, device=seen.device)
+        pose = self.scale.normalise("pose", inputs)
+        lacking = torch.ones(len(inputs), 1, 1, dtype=torch.bool, device=inputs.device)
         lacking[graphs.hips] = False
-        of_root = torch.zeros(SEEN, dtype=torch.bool, device=seen.device)
+        of_root = torch.zeros(INPUTS, dtype=torch.bool, device=inputs.device)
         of_root[ROOT] = True
         pose = pose.masked_fill(lacking & of_root, 0.0)
-        nodes = torch.cat([self._shape(graphs, seen.shape[1]), pose], -1)
+        nodes = torch.cat([self._shape(graphs, inputs.shape[1]), pose], -1)
         for number, layer in enumerate(self.encoder):
             nodes = layer(functional.relu(nodes) if number else nodes, graphs)
         row = graphs.row.view(-1, 1, 1).expand_as(nodes)
-        found = nodes.new_zeros(len(graphs.hips), *nodes.shape[1:])
-        return found.scatter_reduce(0, row, nodes, "amax", include_self=False)
+        pooled = nodes.new_zeros(len(graphs.hips), *nodes.shape[1:])
+        return pooled.scatter_reduce(0, row, nodes, "amax", include_self=False)
 
     def decode(self, codes: Tensor, graphs: Graphs) -> Answer:
         """The pose that codes ``(rows, frames, 32)`` mean on bodies."""

@@ -38,15 +38,15 @@ class Released:
     @cached_property
     def hash(self) -> str:
         """Sixteen hex digits of both files. Raises FileError where one is missing."""
-        found = hashlib.sha256()
+        digest = hashlib.sha256()
         for name in (MODEL, STATISTICS):
             try:
-                found.update(hashlib.sha256((self.folder / name).read_bytes()).digest())
+                digest.update(hashlib.sha256((self.folder / name).read_bytes()).digest())
             except OSError as error:
                 raise FileError(
                     self.folder, f"{name} cannot be read; SAME needs both {MODEL} and {STATISTICS}"
                 ) from error
-        return found.hexdigest()[:16]
+        return digest.hexdigest()[:16]
 
     def tensors(self) -> Mapping[str, Tensor]:
         """Parameters and statistics by our names. Raises FileError where a file is not SAME's."""
@@ -54,26 +54,26 @@ class Released:
         model = torch_files.read(path).get("model")
         if not isinstance(model, Mapping):
             raise FileError(path, "holds no network of SAME's")
-        found: dict[str, Tensor] = {}
+        tensors: dict[str, Tensor] = {}
         for name, tensor in model.items():
-            if (known := _NAME.fullmatch(str(name))) and known[3] in _PARTS:
+            if (match := _NAME.fullmatch(str(name))) and match[3] in _PARTS:
                 values = torch_files.real(tensor, str(name), path)
-                found[f"{known[1]}.{known[2]}.{_PARTS[known[3]]}"] = values.squeeze(0)
-        return found | self._statistics()
+                tensors[f"{match[1]}.{match[2]}.{_PARTS[match[3]]}"] = values.squeeze(0)
+        return tensors | self._statistics()
 
     def _statistics(self) -> dict[str, Tensor]:
         path = self.folder / STATISTICS
-        kept = torch_files.read(path)
-        found: dict[str, Tensor] = {}
+        content = torch_files.read(path)
+        statistics: dict[str, Tensor] = {}
         for short, name in (("m", "mean"), ("s", "deviation")):
             for kind, parts in _KINDS.items():
                 keys = [f"{part}_{short}" for part in parts]
-                if missing := [key for key in keys if not isinstance(kept.get(key), Tensor)]:
+                if missing := [key for key in keys if not isinstance(content.get(key), Tensor)]:
                     raise FileError(path, f"lacks SAME's statistics {', '.join(missing)}")
-                values = [torch_files.real(kept[key], key, path).reshape(-1) for key in keys]
-                found[f"scale.{kind}_{name}"] = torch.cat(values)
+                values = [torch_files.real(content[key], key, path).reshape(-1) for key in keys]
+                statistics[f"scale.{kind}_{name}"] = torch.cat(values)
         # contacts are seen as they are
         for name, value in (("mean", 0.0), ("deviation", 1.0)):
             key = f"scale.pose_{name}"
-            found[key] = torch.cat([found[key], torch.tensor([value])])
-        return found
+            statistics[key] = torch.cat([statistics[key], torch.tensor([value])])
+        return statistics

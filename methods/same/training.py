@@ -18,7 +18,7 @@ from retarget_bench.training.layers.normaliser import statistics
 
 from . import losses
 from .bodies import body
-from .features import CONTACT, ROOT, SEEN
+from .features import CONTACT, INPUTS, ROOT
 from .graph import Graphs, Nodes
 from .network import Autoencoder
 
@@ -42,12 +42,12 @@ class SameTraining:
     ) -> None:
         """trained: makes the method from exported tensors. Raises NotSupported where no clip as long as a
         window is performed by two bodies."""
-        found: dict[str, list[ClipArrays]] = {}
+        by_clip: dict[str, list[ClipArrays]] = {}
         for clips in training_data.clips.values():
             for clip in clips:
                 if clip.frames >= config.window:
-                    found.setdefault(clip.name, []).append(clip)
-        self._performances = [clips for clips in found.values() if len(clips) > 1]
+                    by_clip.setdefault(clip.name, []).append(clip)
+        self._performances = [clips for clips in by_clip.values() if len(clips) > 1]
         if not self._performances:
             raise NotSupported("same learns from the same performance by two bodies, and there is none")
         self._ends = np.cumsum([len(clips[0].starts(config.window)) for clips in self._performances])
@@ -64,7 +64,7 @@ class SameTraining:
         step = max(sum(clip.frames for clip in clips) // SAMPLED, 1)
         frames = [clip.arrays["nodes"][::step] for clip in clips]
         mean, deviation = statistics(
-            np.concatenate([each.reshape(-1, SEEN) for each in frames]), least=LEAST
+            np.concatenate([each.reshape(-1, INPUTS) for each in frames]), least=LEAST
         )
         mean[ROOT], deviation[ROOT] = statistics(
             np.concatenate([each[:, 0, ROOT] for each in frames]), least=LEAST
@@ -79,15 +79,15 @@ class SameTraining:
 
     # ---------------------------------------------------------------------------------------- batches
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
-        """Windows of performances, ``given`` and ``asked``, each with ``graphs`` (``Graphs``) and ``seen``
-        ``(nodes, frames, 26)``."""
+        """Windows of performances, ``source`` and ``target``, each with ``graphs`` (``Graphs``) and
+        ``features`` ``(nodes, frames, 26)``."""
         drawn = [self._row(numbers) for _ in range(rows)]
         return {
             name: {
                 "graphs": Graphs.of([nodes for nodes, _ in side]),
-                "seen": np.concatenate([seen for _, seen in side]),
+                "features": np.concatenate([features for _, features in side]),
             }
-            for name, side in zip(("given", "asked"), zip(*drawn, strict=True), strict=True)
+            for name, side in zip(("source", "target"), zip(*drawn, strict=True), strict=True)
         }
 
     def _row(self, numbers: np.random.Generator) -> list[tuple[Nodes, np.ndarray]]:
@@ -98,22 +98,22 @@ class SameTraining:
         sides = []
         for clip in (clips[place] for place in numbers.integers(len(clips), size=2)):
             nodes = self._nodes[clip.character]
-            kept = cut(numbers, nodes.parents)
-            seen = clip.arrays["nodes"][start : start + self._window, kept]
-            sides.append((nodes.kept(kept), seen.swapaxes(0, 1)))
+            chosen = cut(numbers, nodes.parents)
+            features = clip.arrays["nodes"][start : start + self._window, chosen]
+            sides.append((nodes.subset(chosen), features.swapaxes(0, 1)))
         return sides
 
     # ----------------------------------------------------------------------------------------- losses
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
         del phase, memory
-        given, asked = batch["given"], batch["asked"]
-        codes, own = (self.network.encode(side["seen"], side["graphs"]) for side in (given, asked))
-        found = self.network.decode(codes, asked["graphs"])
+        source, target = batch["source"], batch["target"]
+        codes, own = (self.network.encode(side["features"], side["graphs"]) for side in (source, target))
+        output = self.network.decode(codes, target["graphs"])
         with torch.autocast(codes.device.type, enabled=False):
-            answer = losses.answered(found, asked["graphs"])
-            truth = losses.performed(asked["seen"], asked["graphs"])
+            answer = losses.answered(output, target["graphs"])
+            truth = losses.performed(target["features"], target["graphs"])
             every = losses.terms(
-                answer, truth, asked["graphs"], self.network.scale.get_buffer("pose_deviation")[ROOT]
+                answer, truth, target["graphs"], self.network.scale.get_buffer("pose_deviation")[ROOT]
             )
         every["codes"] = (codes - own).float().square().mean()
         return {name: losses.WEIGHTS[name] * each for name, each in every.items()}

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Annotated, Any
 
 from retarget_bench.api import Method, MethodCard
 from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
-from retarget_bench.plugins.parameters import completed
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
@@ -85,13 +85,13 @@ class San(SkeletalMethod):
     }
 
     def __init__(
-        self, variant: Variant = "own", weights: str = "puppets", **overrides: Unpack[Overrides]
+        self, variant: Variant = "own", weights: str = "puppets", **overrides: Annotated[Any, Overrides]
     ) -> None:
         super().__init__(weights)
-        given = completed(Overrides, overrides)
-        self.variant, self.target_stats, self.tips = variant, given["target_stats"], given["tips"]
-        self.allowed = given["structures"]
-        self.settings: Settings = SETTINGS[variant].overridden(given)
+        options = asdict(Overrides(**overrides))
+        self.variant, self.target_stats, self.tips = variant, options["target_stats"], options["tips"]
+        self.allowed = options["structures"]
+        self.settings: Settings = SETTINGS[variant].overridden(options)
         self.card = MethodCard(
             name="san",
             title="SAN",
@@ -148,7 +148,7 @@ class San(SkeletalMethod):
     def supports(self, source: Character, target: Character) -> str | None:
         if self.untrained:
             return self.untrained
-        layouts = {name: mine.layout for name, mine in self.structures.items()}
+        layouts = {name: networks.layout for name, networks in self.structures.items()}
         names = [name.removesuffix(f"_{FOUR}") for name in layouts]
         for each in (source, target):
             if why := self._unseen(each):
@@ -165,8 +165,8 @@ class San(SkeletalMethod):
 
         from .structure import rebuilt
 
-        found = by_structure(self.tensors)
-        return {name: rebuilt(mine, self.settings.design) for name, mine in found.items()}
+        by_name = by_structure(self.tensors)
+        return {name: rebuilt(tensors, self.settings.design) for name, tensors in by_name.items()}
 
 
 @lru_cache(maxsize=1024)

@@ -22,9 +22,9 @@ def end_effectors(source: Tensor, answer: Tensor) -> Tensor:
     As released, the answer decides which of them rest, not the source. Where none does, the authors' mean
     over nothing is no number; here it is 0.
     """
-    wanted, found = FASTER * source.diff(dim=1), FASTER * answer.diff(dim=1)
-    apart = (found - wanted).square().sum(-1)
-    rests = (found.detach().square().sum(-1) < NEAR**2).to(found.dtype)
+    expected, predicted = FASTER * source.diff(dim=1), FASTER * answer.diff(dim=1)
+    apart = (predicted - expected).square().sum(-1)
+    rests = (predicted.detach().square().sum(-1) < NEAR**2).to(predicted.dtype)
     at_rest = (apart * rests).sum() / (3.0 * rests.sum()).clamp_min(1.0)
     return apart.mean() / 3.0 + RESTING * at_rest
 
@@ -92,13 +92,13 @@ class Objective:
         channels = slice(-1 if self.padded else None)
         edges, truth = (each.edges.flatten(2)[..., channels] for each in (answer, real))
         self.add("edges", weights.reconstruction, mse_loss(edges, truth))
-        found, wanted = (each.in_heights[:, :, :1] for each in (answer, real))
-        self.add("root", weights.reconstruction * weights.root, mse_loss(found, wanted))
-        found, wanted = (
+        predicted, expected = (each.in_heights[:, :, :1] for each in (answer, real))
+        self.add("root", weights.reconstruction * weights.root, mse_loss(predicted, expected))
+        predicted, expected = (
             torch.cat([each.positions[:, :, :1], each.local[:, :, 1:]], 2) * each.unit
             for each in (answer, real)
         )
-        self.add("positions", weights.reconstruction * weights.positions, mse_loss(found, wanted))
+        self.add("positions", weights.reconstruction * weights.positions, mse_loss(predicted, expected))
 
     def compare(self, pair: tuple[str, str], code: Tensor, again: Tensor) -> None:
         """Latent consistency, over the chains that both structures have, and the root.
@@ -112,12 +112,12 @@ class Objective:
     def follow(self, pair: tuple[str, str], source: Tensor, answer: Tensor) -> None:
         """The end-effector loss, over those that both structures have; joints ``(rows, frames, joints, 3)``
         in heights."""
-        ours, theirs = (self._ends[name] for name in pair)
-        both = sorted(ours.keys() & theirs.keys())
+        source_ends, target_ends = (self._ends[name] for name in pair)
+        both = sorted(source_ends.keys() & target_ends.keys())
         term = answer.new_zeros(())  # processes must agree on the names of terms
         if both:
             term = end_effectors(
-                source[:, :, indices([ours[end] for end in both], source)],
-                answer[:, :, indices([theirs[end] for end in both], answer)],
+                source[:, :, indices([source_ends[end] for end in both], source)],
+                answer[:, :, indices([target_ends[end] for end in both], answer)],
             )
         self.add("ends", self.weights.ends, term)

@@ -79,7 +79,7 @@ class Skeletal(nn.Module):
         bias: bool = True,
     ) -> None:
         super().__init__()
-        self.pairs = [(slot, other) for slot, seen in enumerate(neighbours) for other in seen]
+        self.pairs = [(slot, other) for slot, near in enumerate(neighbours) for other in near]
         alone = tuple((slot,) for slot in range(len(neighbours)))
         rows, columns = _group(written or alone), _group(read or alone)
         self.rows, self.columns = len(written or alone), len(read or alone)
@@ -95,7 +95,7 @@ class Skeletal(nn.Module):
         for name, table in tables.items():
             self.register_buffer(name, table, persistent=False)
         # initialised as torch does: uniform within one over the root of the number of inputs
-        limit = torch.tensor([(len(seen) * inputs * taps) ** -0.5 for seen in neighbours])
+        limit = torch.tensor([(len(near) * inputs * taps) ** -0.5 for near in neighbours])
         of_pair = torch.tensor([slot for slot, _ in self.pairs])
         drawn = torch.rand(len(self.pairs), outputs, inputs, taps).mul_(2.0).sub_(1.0)
         self.weight = nn.Parameter(drawn * limit[of_pair].view(-1, 1, 1, 1))
@@ -322,10 +322,10 @@ class Discriminator(nn.Module):
             coarse, 2 * PLACE, 4 * PLACE, LAST, STRIDE, padding=0, written=levels.pairs
         )
 
-    def forward(self, seen: Tensor) -> Tensor:
+    def forward(self, motion: Tensor) -> Tensor:
         """``(motions, scores of a patch, patches in time)`` between 0 and 1, from
         ``(motions, frames, slots, 3)``."""
-        hidden = self.norm(self.first(seen.flatten(2).transpose(1, 2)))
+        hidden = self.norm(self.first(motion.flatten(2).transpose(1, 2)))
         slots = hidden.view(len(hidden), self.pooling.shape[1], -1)
         hidden = functional.leaky_relu((self.pooling @ slots).view(len(hidden), -1, hidden.shape[-1]), LEAK)
         answer: Tensor = self.last(hidden)
@@ -339,14 +339,14 @@ def _doubled(hidden: Tensor) -> Tensor:
 def _phases() -> Tensor:
     """``(2, taps, 9)``: what a tap on doubled frames, seen from an even and from an odd one of them, is on
     the frames as they are, which are a quarter of a frame away from those doubled."""
-    found = torch.zeros(2, KERNEL, KERNEL // 4 * 2 + 3)
-    middle = found.shape[-1] // 2
+    weights = torch.zeros(2, KERNEL, KERNEL // 4 * 2 + 3)
+    middle = weights.shape[-1] // 2
     for phase in range(2):
         for tap in range(KERNEL):
             frame, odd = divmod(tap - KERNEL // 2 + phase, 2)
-            found[phase, tap, middle + frame] = 0.75
-            found[phase, tap, middle + frame + (1 if odd else -1)] = 0.25
-    return found
+            weights[phase, tap, middle + frame] = 0.75
+            weights[phase, tap, middle + frame + (1 if odd else -1)] = 0.25
+    return weights
 
 
 def _group(groups: Slots) -> dict[int, int]:

@@ -7,7 +7,7 @@ made; ``own`` the same networks and losses on features of bodies in hip heights.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Final, Literal, Self, TypedDict
+from typing import Any, Final, Literal, Self
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar
@@ -26,22 +26,23 @@ NEGATIVE: Final = -1.0
 """A number that the variant sets."""
 
 
-class Overrides(TypedDict, total=False):
-    """Parameters that take the place of the variant's; defaults stand behind the types."""
+@dataclass(frozen=True)
+class Overrides:
+    """Parameters that take the place of the variant's."""
 
-    neighbours: Annotated[Literal["", Neighbours], UNSET]
-    root: Annotated[Literal["", Root], UNSET]
-    lengths: Annotated[Literal["", Lengths], UNSET]
-    path: Annotated[Literal["", Path], UNSET]
-    statistics: Annotated[Literal["", Statistics], UNSET]
-    target_stats: Annotated[Literal["transferred", "own"], "transferred"]
-    heights: Annotated[Heights, "given"]
-    positions: Annotated[float, NEGATIVE]
-    cycle: Annotated[float, NEGATIVE]
-    ends: Annotated[float, NEGATIVE]
-    adversarial: Annotated[float, NEGATIVE]
-    structures: Annotated[str, TWO_LEGGED]
-    tips: Annotated[Literal["copied", "rest"], "copied"]
+    neighbours: Literal["", Neighbours] = UNSET
+    root: Literal["", Root] = UNSET
+    lengths: Literal["", Lengths] = UNSET
+    path: Literal["", Path] = UNSET
+    statistics: Literal["", Statistics] = UNSET
+    target_stats: Literal["transferred", "own"] = "transferred"
+    heights: Heights = "given"
+    positions: float = NEGATIVE
+    cycle: float = NEGATIVE
+    ends: float = NEGATIVE
+    adversarial: float = NEGATIVE
+    structures: str = TWO_LEGGED
+    tips: Literal["copied", "rest"] = "copied"
 
 
 PARAMETERS = {
@@ -102,7 +103,7 @@ class Weights:
 
 @dataclass(frozen=True)
 class Settings:
-    """Everything that a variant chooses.
+    """All settings of a variant.
 
     statistics: whether mean and deviation are by structure or by character; deviations are
     ``least_deviation`` or more. rerooted: trees begin where the legs do (``skeletal/tree.py``). heights:
@@ -120,13 +121,13 @@ class Settings:
     least_deviation: float = 0.0
     shared: bool = False
 
-    def overridden(self, given: Mapping[str, Any]) -> Self:
+    def overridden(self, options: Mapping[str, Any]) -> Self:
         """With the parameters given; an empty word or a negative number leaves the variant's choice.
 
         Raises BenchError where a number is not finite."""
-        if not all(math.isfinite(given[name]) for name in FIELDS["weights"]):
+        if not all(math.isfinite(options[name]) for name in FIELDS["weights"]):
             raise BenchError("weights of san's losses are finite numbers")
-        chosen = {k: v for k, v in given.items() if v != UNSET and (isinstance(v, str) or not v < 0.0)}
+        chosen = {k: v for k, v in options.items() if v != UNSET and (isinstance(v, str) or not v < 0.0)}
         parts = {part: {k: chosen[k] for k in names if k in chosen} for part, names in FIELDS.items()}
         features = replace(self.features, **parts["features"])
         return replace(

@@ -59,26 +59,26 @@ class Edges:
         leaving: dict[int, list[int]] = {}
         for edge, (joint, _) in enumerate(self.pairs):
             leaving.setdefault(joint, []).append(edge)
-        found: list[tuple[int, ...]] = []
+        chains: list[tuple[int, ...]] = []
         waiting: list[tuple[int, tuple[int, ...]]] = [(0, ())]
         while waiting:
             joint, chain = waiting.pop()
             onwards = leaving.get(joint, [])
             if chain and len(onwards) != 1:
-                found.append(chain)
+                chains.append(chain)
                 chain = ()
             waiting += [(self.pairs[edge][1], (*chain, edge)) for edge in reversed(onwards)]
-        return tuple(found)
+        return tuple(chains)
 
-    def pooled(self, whole: bool = False) -> tuple[Slots, Edges]:
+    def pooled(self, entire: bool = False) -> tuple[Slots, Edges]:
         """The slots that become one, and the tree that is left (skeletal pooling).
 
-        Along a chain these are pairs of edges; of an odd number the first stays alone. whole: each chain
+        Along a chain these are pairs of edges; of an odd number the first stays alone. entire: each chain
         becomes one edge. The root's slot stays.
         """
         groups: list[tuple[int, ...]] = []
         for chain in self.chains:
-            odd = len(chain) if whole else len(chain) % 2
+            odd = len(chain) if entire else len(chain) % 2
             groups += [chain[:odd]] * bool(odd)
             groups += [chain[first : first + 2] for first in range(odd, len(chain), 2)]
         left = Edges(tuple((self.pairs[group[0]][0], self.pairs[group[-1]][1]) for group in groups))
@@ -104,12 +104,12 @@ def layout_of(parents: Sequence[int], roles: Sequence[str | None]) -> Layout:
         while above >= 0:
             ends.setdefault(above, set()).add(label)
             above = parents[above] if above else -1
-    seen: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     names = []
     for chain in edges.chains:
         name = "+".join(sorted(ends[edges.pairs[chain[-1]][1]]))
-        seen[name] += 1
-        names.append(name if seen[name] == 1 else f"{name}_{seen[name]}")
+        counts[name] += 1
+        names.append(name if counts[name] == 1 else f"{name}_{counts[name]}")
     return Layout((-1, *parents[1:]), tuple(roles), tuple(names), edges.chains)
 
 
@@ -141,4 +141,4 @@ class Levels:
         edges = Edges.of(parents)
         first, left = edges.pooled()
         sees = edges.neighbours(distance, rule), left.neighbours(distance, rule)
-        return cls(first, left.pooled()[0], left.pooled(whole=True)[0], sees)
+        return cls(first, left.pooled()[0], left.pooled(entire=True)[0], sees)

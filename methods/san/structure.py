@@ -25,21 +25,21 @@ class Structure(StructureNetworks):
         self.decoder = Decoder(self.levels, design.padded)
 
     def codes(self, bones: Tensor) -> Codes:
-        """Of bodies with these bones ``(bodies, edges + 1, 3)``, the last of which is zero."""
-        found: Codes = self.skeleton(self.design.arranged(bones))
-        return found
+        """The codes of bodies with these bones ``(bodies, edges + 1, 3)``, the last of which is zero."""
+        codes: Codes = self.skeleton(self.design.arranged(bones))
+        return codes
 
     def code(self, edges: Tensor, bones: Tensor) -> Tensor:
         """``(rows, frames / 4, chains + 1, width)``"""
         code: Tensor = self.encoder(edges, self.codes(bones))
         return code
 
-    def taken(self, code: Tensor, source: Layout) -> Tensor:
+    def rearranged(self, code: Tensor, source: Layout) -> Tensor:
         return carried(code, source, self.layout)
 
     def answer(self, code: Tensor, bones: Tensor) -> Tensor:
-        found: Tensor = self.decoder(code, self.codes(bones))
-        return found
+        edges: Tensor = self.decoder(code, self.codes(bones))
+        return edges
 
     def freeze(self) -> None:
         """Make all dense weights once: they do not change any more."""
@@ -70,21 +70,21 @@ def share_initialisation(structures: Sequence[Structure]) -> None:
     Weights belong to a slot and a neighbour; the meaning of a slot is its chain, and how far it is from the
     chain's end. So all encoders give a motion nearly the same code before training.
     """
-    known: dict[Hashable, Tensor] = {}
+    initial: dict[Hashable, Tensor] = {}
     with torch.no_grad():
         for structure in structures:
             for name, layer, meaning in _skeletal(structure):
                 keys: list[Hashable] = [
                     (name, meaning[slot], meaning[other]) for slot, other in layer.pairs
                 ]
-                _share(known, keys, layer.weight)
+                _share(initial, keys, layer.weight)
                 if layer.bias is not None:
-                    _share(known, [(name, each) for each in meaning], layer.bias)
+                    _share(initial, [(name, each) for each in meaning], layer.bias)
 
 
-def _share(known: dict[Hashable, Tensor], keys: Sequence[Hashable], weights: Tensor) -> None:
+def _share(initial: dict[Hashable, Tensor], keys: Sequence[Hashable], weights: Tensor) -> None:
     for key, rows in zip(keys, weights, strict=True):
-        rows.copy_(known.setdefault(key, rows.clone()))
+        rows.copy_(initial.setdefault(key, rows.clone()))
 
 
 def _skeletal(structure: Structure) -> Iterator[tuple[str, Skeletal, list[Hashable]]]:
@@ -94,14 +94,14 @@ def _skeletal(structure: Structure) -> Iterator[tuple[str, Skeletal, list[Hashab
     coarse = _meaning(layout.names, levels.chains[:-1], len(levels.first) - 1)
     for name, layer in structure.named_modules():
         if isinstance(layer, Skeletal):
-            whole = layer.pairs[-1][0] == layout.edges  # the root's slot is the last
-            yield name, layer, fine if whole else coarse
+            unpooled = layer.pairs[-1][0] == layout.edges  # the root's slot is the last
+            yield name, layer, fine if unpooled else coarse
 
 
 def _meaning(names: Sequence[str], chains: Slots, edges: int) -> list[Hashable]:
-    """Of each slot; edges: how many there are before the root's."""
-    found: list[Hashable] = ["root"] * (edges + 1)
+    """The meaning of each slot; edges: how many there are before the root's."""
+    meanings: list[Hashable] = ["root"] * (edges + 1)
     for name, chain in zip(names, chains, strict=True):
         for rank, edge in enumerate(reversed(chain)):
-            found[edge] = (name, rank)
-    return found
+            meanings[edge] = (name, rank)
+    return meanings

@@ -65,7 +65,7 @@ class SanTraining(SkeletalTraining[Structure]):
         objective, count = self._objective, len(sides)
         names = [self._names[side["structure"]] for side in sides]
         parts = [self._structures[name] for name in names]
-        bodies = [part.codes(side["asked"]["bones"]) for part, side in zip(parts, sides, strict=True)]
+        bodies = [part.codes(side["targets"]["bones"]) for part, side in zip(parts, sides, strict=True)]
         real = [self._real(name, side) for name, side in zip(names, sides, strict=True)]
         codes = [
             part.encoder(truth.edges, _chunk(body, count, count + 1))
@@ -78,7 +78,7 @@ class SanTraining(SkeletalTraining[Structure]):
             objective.reconstruction(own, real[there])
             others: Codes = tuple(code[: -len(side["edges"])] for code in bodies[there])
             again = part.encoder(torch.cat([each.edges for each in shown]), others).chunk(count)
-            heights = self._heights(name, side["asked"]["which"]).chunk(count + 1)
+            heights = self._heights(name, side["targets"]["which"]).chunk(count + 1)
             for here, answer in enumerate(shown):
                 pair = names[here], name
                 objective.compare(pair, codes[here], again[here])
@@ -97,17 +97,17 @@ class SanTraining(SkeletalTraining[Structure]):
         real: Sequence[Answer],
         bodies: Codes,
     ) -> list[Answer]:
-        """Of every side's motion on bodies of this one; last, this side's own motion on its own bodies."""
+        """Answers: every side's motion on bodies of this one; last, its own motion on its own bodies."""
         name, order = names[there], [*range(len(names)), there]
         part = self._structures[name]
-        given = [carried(codes[here], self._structures[names[here]].layout, part.layout) for here in order]
-        edges = part.decoder(torch.cat(given), bodies)
-        asked = side["asked"]
+        inputs = [carried(codes[here], self._structures[names[here]].layout, part.layout) for here in order]
+        edges = part.decoder(torch.cat(inputs), bodies)
+        targets = side["targets"]
         if self._settings.features.path == "carried":
             roots = torch.cat([real[here].plain[:, :, -1] for here in order])
-            edges = part.with_path(edges, roots, self._row(asked["which"]))
-        found = self._answer(name, edges, asked)
-        return [Answer(*each) for each in zip(*(each.chunk(len(order)) for each in found), strict=True)]
+            edges = part.with_path(edges, roots, self._row(targets["which"]))
+        decoded = self._answer(name, edges, targets)
+        return [Answer(*each) for each in zip(*(each.chunk(len(order)) for each in decoded), strict=True)]
 
     def _real(self, name: str, side: Side) -> Answer:
         edges = self._structures[name].normalised(side["edges"], self._row(side["which"]))
@@ -130,18 +130,18 @@ class SanTraining(SkeletalTraining[Structure]):
         """``(rows, 1, 1, 1)`` learnt heights of bodies, in their own."""
         if self._settings.heights == "given":
             return torch.ones(len(which), 1, 1, 1, device=which.device)
-        found: Tensor = self.modules["heights"](which - 1 + self._firsts[name])
-        return found
+        heights: Tensor = self.modules["heights"](which - 1 + self._firsts[name])
+        return heights
 
     def _discriminate(self, name: str, real: Answer, answer: Answer, memory: dict[str, Any]) -> None:
         """Adversarial loss of an answer on another structure, or on the only one."""
         weight = self._settings.weights.adversarial
         if weight > 0:
-            seen = self._seen(name, answer)
-            self._objective.add("adversarial", weight, self._discriminators.adversarial_loss(name, seen))
-            memory["shown"].append((name, self._seen(name, real).detach(), seen.detach()))
+            fake = self._discriminator_inputs(name, answer)
+            self._objective.add("adversarial", weight, self._discriminators.adversarial_loss(name, fake))
+            memory["shown"].append((name, self._discriminator_inputs(name, real).detach(), fake.detach()))
 
-    def _seen(self, name: str, answer: Answer) -> Tensor:
+    def _discriminator_inputs(self, name: str, answer: Answer) -> Tensor:
         """The input of a discriminator ``(rows, frames, slots, 3)``: bones as vectors, and the root."""
         vectors = self._kinematics[name].vectors(answer.local)
         slots = torch.cat([vectors, answer.plain[:, :, -1:, :PLACE]], 2)

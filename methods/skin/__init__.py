@@ -26,7 +26,7 @@ from .network import Inputs, SkinningPredictor
 from .posing import transforms_of
 from .training import SkinTraining
 
-OURS = TrainingConfig(
+DEFAULT = TrainingConfig(
     steps=10_000,
     batch=16,
     window=1,
@@ -64,9 +64,9 @@ class SKIN(LearnedMethod):
         "paper": TrainingConfig(
             steps=200 * 63_520 // 64, batch=16, window=1, fps=10.0, rate=1e-4, validate=5000, cases=9
         ),
-        "default": OURS,
-        "gpu": replace(OURS, batch=128),
-        "quick": replace(OURS, steps=30, batch=4, warm_up=5, validate=15, cases=1),
+        "default": DEFAULT,
+        "gpu": replace(DEFAULT, batch=128),
+        "quick": replace(DEFAULT, steps=30, batch=4, warm_up=5, validate=15, cases=1),
     }
     """The paper says Adam at 1e-4 for 200 epochs of 63,520 frames, and no batch size; rows have four."""
 
@@ -127,8 +127,8 @@ class SKIN(LearnedMethod):
         """``(estimates, 22, 3)`` metres: the joints of a body in T-pose."""
         if self.joints == "truth":
             return body.resting[None]
-        found: np.ndarray = self._regressor.resting(body.vertices[:, :3], body.faces, draws)
-        return found
+        joints: np.ndarray = self._regressor.resting(body.vertices[:, :3], body.faces, draws)
+        return joints
 
     @cached_property
     def _regressor(self) -> Any:
@@ -142,7 +142,7 @@ class SKIN(LearnedMethod):
 
     @property
     def weights_hash(self) -> str:
-        """Of the weights, and of those of SKR, where it finds the joints."""
+        """The hash of the weights, and of SKR's where it finds the joints."""
         each = [super().weights_hash, *(stage.weights_hash for stage in self.stages.values())]
         return (digest(" ".join(each)) if len(each) > 1 else each[0]) if all(each) else ""
 
@@ -159,24 +159,24 @@ class SKIN(LearnedMethod):
     def retarget(self, source: Source, target: Character, *, context: Context) -> Surface:
         if not isinstance(source, Motion):
             raise NotSupported("skin needs a source with rotations")
-        body, seen = SkinnedBody.of(target), moves_about_hips(source)
+        body, moves = SkinnedBody.of(target), moves_about_hips(source)
         joints = self._skeletons(body).mean(axis=0)
         mesh = mesh_of(target)
         shares = self.shares(mesh.vertices, joints)
-        matrices = rotation.to_matrix(seen["turns"][:, list(body22.Body22(target).joints)])
+        matrices = rotation.to_matrix(moves["turns"][:, list(body22.Body22(target).joints)])
         hips = source.positions[:, body22.Body22(source.character).joints[0]]
         hips = hips - np.einsum("fab,b->fa", matrices[:, 0], body.resting[0])
         shifts = transforms_of(joints, matrices, hips)
-        known = (torch.from_numpy(each) for each in (mesh.vertices, shares, matrices, shifts))
-        return target.surface(skinned(*known).numpy(), source.fps)
+        tensors = (torch.from_numpy(each) for each in (mesh.vertices, shares, matrices, shifts))
+        return target.surface(skinned(*tensors).numpy(), source.fps)
 
     def shares(self, points: np.ndarray, joints: np.ndarray) -> np.ndarray:
         """``(V, 22)`` skinning weights of points ``(V, 3)`` about joints ``(22, 3)`` in T-pose, metres."""
-        seen, about = (
+        scaled, about = (
             torch.from_numpy(np.asarray(each - joints[0], np.float32))[None] for each in (points, joints)
         )
         with torch.inference_mode():
-            return np.asarray(self._predictor(seen, about)[0].numpy(), dtype=np.float64)
+            return np.asarray(self._predictor(scaled, about)[0].numpy(), dtype=np.float64)
 
     @cached_property
     def _predictor(self) -> SkinningPredictor:

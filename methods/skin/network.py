@@ -52,8 +52,8 @@ class SkinningPredictor(nn.Module):
         in T-pose, metres."""
         apart = (points.unsqueeze(2) - joints.unsqueeze(1)) / size(joints)[:, None, None, None]
         near = torch.linalg.vector_norm(apart, dim=-1)
-        seen = near if self.inputs == "distances" else apart.flatten(2)
-        hidden = self.dropped(self.first(seen).relu())
+        inputs = near if self.inputs == "distances" else apart.flatten(2)
+        hidden = self.dropped(self.first(inputs).relu())
         hidden = self.dropped(self.second(hidden).relu())
         return self.last(hidden).float().softmax(-1)
 

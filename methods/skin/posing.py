@@ -1,4 +1,4 @@
-"""What moves points that follow the 22 joints, by forward kinematics."""
+"""Transforms of points that follow the 22 joints, by forward kinematics."""
 
 import numpy as np
 

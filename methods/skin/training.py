@@ -61,11 +61,11 @@ class SkinTraining:
         names = self.training_data.cast(numbers, rows)
         every = [name for name in names for _ in range(FRAMES)]
         frames = self.training_data.draw(numbers, every, 1).arrays
-        found = [
+        drawn = [
             self._row(numbers, name, {key: array[at : at + FRAMES, 0] for key, array in frames.items()})
             for name, at in zip(names, range(0, len(every), FRAMES), strict=True)
         ]
-        return {key: np.stack([each[key] for each in found]).astype("f4") for key in found[0]}
+        return {key: np.stack([each[key] for each in drawn]).astype("f4") for key in drawn[0]}
 
     def _row(
         self, numbers: np.random.Generator, name: str, frames: Mapping[str, np.ndarray]
@@ -90,8 +90,8 @@ class SkinTraining:
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
         """The mean distance of points from where they should be, unsquared, in sizes of the skeleton."""
         shares = self.network(batch["points"], batch["joints"])
-        found = skinned(batch["points"], shares, batch["matrices"], batch["shifts"])
-        apart = torch.linalg.vector_norm(found - batch["moved"], dim=-1)
+        moved = skinned(batch["points"], shares, batch["matrices"], batch["shifts"])
+        apart = torch.linalg.vector_norm(moved - batch["moved"], dim=-1)
         return {"points": (apart / size(batch["joints"])[:, None, None]).mean()}
 
     # ---------------------------------------------------------------------------------------- weights
@@ -114,5 +114,5 @@ def on_surface(places: np.ndarray, faces: np.ndarray, numbers: np.random.Generat
     corners = faces[np.minimum(chosen, len(faces) - 1)]
     root, way = np.sqrt(numbers.random(POINTS)), numbers.random(POINTS)
     shares = np.stack([1.0 - root, root * (1.0 - way), root * way], -1)
-    found: np.ndarray = np.einsum("npca,pc->npa", places[:, corners], shares)
-    return found
+    points: np.ndarray = np.einsum("npca,pc->npa", places[:, corners], shares)
+    return points

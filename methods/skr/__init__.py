@@ -29,7 +29,7 @@ DRAWS, SPOTS = 64, 2048
 """How often points are drawn from a surface at rest, and how many, so that its joints are exact."""
 FACTS = ("network", "direction", "dropout", "fewest", "most", "stretched")
 """Parameters that weights depend on."""
-OURS = TrainingConfig(
+DEFAULT = TrainingConfig(
     steps=40_000,
     batch=32,
     window=1,
@@ -75,9 +75,9 @@ class SKR(LearnedMethod):
         "paper": TrainingConfig(
             steps=100 * 63_520 // 32, batch=32, window=1, fps=10.0, rate=1e-4, validate=5000, cases=9
         ),
-        "default": OURS,
-        "gpu": replace(OURS, batch=256),
-        "quick": replace(OURS, steps=30, batch=4, warm_up=5, validate=15, cases=1),
+        "default": DEFAULT,
+        "gpu": replace(DEFAULT, batch=256),
+        "quick": replace(DEFAULT, steps=30, batch=4, warm_up=5, validate=15, cases=1),
     }
     """The paper says Adam at 1e-4 for 100 epochs of 63,520 frames, and no batch size."""
 

@@ -21,7 +21,7 @@ _ROWS = 8
 
 
 VIEWS = np.array([[1, 1, 1], [-1, 1, -1], [-1, 1, 1], [1, 1, -1]], dtype=np.float32)
-"""What places are multiplied by to be seen as they are, turned to their back, in a mirror, and both."""
+"""Factors of positions: unchanged, turned about, mirrored, and both."""
 LEAST = 128
 """Points that a view shows at least, as in training; of fewer than four times as many each shows all."""
 _OTHER = {"left": "right", "right": "left"}
@@ -38,7 +38,7 @@ def joints_of(network: SkeletonRegressor, points: Sequence[np.ndarray], views: i
         enough, so that more views take little longer; the answer is the mean of all.
     """
     device = network.last.weight.device
-    found = np.empty((len(points), JOINTS, 3))
+    joints = np.empty((len(points), JOINTS, 3))
     for first, last in _alike([len(each) for each in points]):
         # far from the origin single precision is coarse, so the mean is taken off before
         middle = np.stack([each.mean(axis=0, dtype=np.float64) for each in points[first:last]])[:, None]
@@ -46,12 +46,12 @@ def joints_of(network: SkeletonRegressor, points: Sequence[np.ndarray], views: i
         shares = views if near.shape[1] >= views * LEAST else 1
         if shares > 1:  # by where they lie, so that their order makes no difference
             near = np.stack([row[np.lexsort(row.T[[2, 0, 1]])] for row in near])
-        answers = [_seen(network, near[:, k % shares :: shares], k, device) for k in range(views)]
-        found[first:last] = np.mean(answers, axis=0, dtype=np.float64) + middle
-    return found
+        answers = [_estimate(network, near[:, k % shares :: shares], k, device) for k in range(views)]
+        joints[first:last] = np.mean(answers, axis=0, dtype=np.float64) + middle
+    return joints
 
 
-def _seen(network: SkeletonRegressor, rows: np.ndarray, view: int, device: torch.device) -> np.ndarray:
+def _estimate(network: SkeletonRegressor, rows: np.ndarray, view: int, device: torch.device) -> np.ndarray:
     """``(frames, 22, 3)``: the joints under points ``(frames, V, 3)`` seen in one of ``VIEWS``."""
     with torch.inference_mode():
         answer: np.ndarray = network(torch.from_numpy(rows * VIEWS[view]).to(device)).cpu().numpy()
@@ -61,13 +61,13 @@ def _seen(network: SkeletonRegressor, rows: np.ndarray, view: int, device: torch
 
 def _alike(counts: Sequence[int]) -> list[tuple[int, int]]:
     """First and last (excluded) of neighbouring frames with equally many points."""
-    found, first = [], 0
+    runs, first = [], 0
     for place in range(1, len(counts) + 1):
         ended = place == len(counts) or counts[place] != counts[first]
         if ended or place - first == _ROWS:
-            found.append((first, place))
+            runs.append((first, place))
             first = place
-    return found
+    return runs
 
 
 def points_of(source: Prediction | PointSets, number: int, seed: int) -> Sequence[np.ndarray]:
@@ -93,22 +93,22 @@ def placed(target: Character, joints: np.ndarray) -> np.ndarray:
     body, skeleton = Body22(target), target.skeleton
     own = dict(zip(body.joints, range(JOINTS), strict=True))
     rest = target.reference_places
-    found = np.empty((len(joints), len(skeleton), 3))
+    places = np.empty((len(joints), len(skeleton), 3))
     for joint, parent in enumerate(skeleton.parents.tolist()):
         if joint in own:
-            found[:, joint] = joints[:, own[joint]]
+            places[:, joint] = joints[:, own[joint]]
             continue
         if parent < 0:
-            found[:, joint] = joints[:, 0] + rest[joint] - rest[body.joints[0]]
+            places[:, joint] = joints[:, 0] + rest[joint] - rest[body.joints[0]]
             continue
         end = _known_below(target, joint, own)
         above = int(skeleton.parents[parent])
         here, there = (parent, end) if end is not None else (max(above, 0), parent)
-        seen = (joints[:, own[end]] if end is not None else found[:, there]) - found[:, here]
-        turn = rotation.between(np.broadcast_to(rest[there] - rest[here], seen.shape), seen)
-        bone = np.broadcast_to(rest[joint] - rest[parent], seen.shape)
-        found[:, joint] = found[:, parent] + rotation.rotate(turn, bone)
-    return found
+        direction = (joints[:, own[end]] if end is not None else places[:, there]) - places[:, here]
+        turn = rotation.between(np.broadcast_to(rest[there] - rest[here], direction.shape), direction)
+        bone = np.broadcast_to(rest[joint] - rest[parent], direction.shape)
+        places[:, joint] = places[:, parent] + rotation.rotate(turn, bone)
+    return places
 
 
 def _known_below(target: Character, joint: int, own: dict[int, int]) -> int | None:

@@ -33,9 +33,9 @@ class TransformNet(nn.Module):
     def forward(self, points: Tensor, search: torch.dtype) -> Tensor:
         """``(rows, k, k)`` from points ``(rows, V, k)``; search: see ``largest``."""
         wide = self.second(self.first(points).relu()).relu()
-        found = largest(wide, self.third, search).relu()
-        found = self.last(self.fifth(self.fourth(found).relu()).relu())
-        matrix: Tensor = found.unflatten(-1, (self.size, self.size))
+        hidden = largest(wide, self.third, search).relu()
+        hidden = self.last(self.fifth(self.fourth(hidden).relu()).relu())
+        matrix: Tensor = hidden.unflatten(-1, (self.size, self.size))
         return matrix + torch.eye(self.size, device=matrix.device)
 
 
@@ -67,13 +67,13 @@ class SkeletonRegressor(nn.Module):
     def forward(self, points: Tensor) -> Tensor:
         """Joints ``(rows, 22, 3)`` metres under points ``(rows, V, 3)`` metres."""
         frame = self.frame(points)
-        return frame.back(self.seen(frame.into(points)))
+        return frame.back(self.estimate(frame.into(points)))
 
     def frame(self, points: Tensor) -> "Frame":
-        """Where points ``(rows, V, 3)`` metres are seen from."""
+        """The frame that points ``(rows, V, 3)`` metres are seen from."""
         return Frame.of(points, self.principal)
 
-    def seen(self, points: Tensor) -> Tensor:
+    def estimate(self, points: Tensor) -> Tensor:
         """Joints ``(rows, 22, 3)`` for points ``(rows, V, 3)``, both as they look from the points' frame.
 
         Under autocast the search for the largest numbers is all that has reduced precision: the places of
@@ -82,12 +82,12 @@ class SkeletonRegressor(nn.Module):
         kind = points.device.type
         search = torch.get_autocast_dtype(kind) if torch.is_autocast_enabled(kind) else points.dtype
         with torch.autocast(kind, enabled=False):
-            found = self.first(points @ self.turned(points, search)).relu()
+            hidden = self.first(points @ self.turned(points, search)).relu()
             if self.mixed is not None:
-                found = found @ self.mixed(found, search)
-            found = largest(self.second(found).relu(), self.third, search).relu()
-            found = self.dropped(self.fifth(self.fourth(found).relu()).relu())
-            joints: Tensor = self.last(found).unflatten(-1, (JOINTS, 3))
+                hidden = hidden @ self.mixed(hidden, search)
+            hidden = largest(self.second(hidden).relu(), self.third, search).relu()
+            hidden = self.dropped(self.fifth(self.fourth(hidden).relu()).relu())
+            joints: Tensor = self.last(hidden).unflatten(-1, (JOINTS, 3))
         return joints
 
 
@@ -99,7 +99,7 @@ def _of_relu(layer: nn.Linear) -> None:
 
 
 class Frame(NamedTuple):
-    """Where sets of points are seen from, so that answers move, grow and turn with them.
+    """Frames that sets of points are seen from, so that answers move, grow and turn with them.
 
     middle: ``(rows, 1, 3)`` metres, the mean of the points. unit: ``(rows, 1, 1)`` metres, their root mean
     square distance from it. turn: ``(rows, 3, 3)``, see ``level_axes``; None: the world's directions.
@@ -118,12 +118,12 @@ class Frame(NamedTuple):
 
     def into(self, places: Tensor) -> Tensor:
         """Places ``(rows, n, 3)`` metres as they look from here."""
-        seen = (places - self.middle) / self.unit
-        return seen if self.turn is None else seen @ self.turn
+        local = (places - self.middle) / self.unit
+        return local if self.turn is None else local @ self.turn
 
-    def back(self, seen: Tensor) -> Tensor:
+    def back(self, local: Tensor) -> Tensor:
         """The inverse of ``into``."""
-        turned = seen if self.turn is None else seen @ self.turn.transpose(1, 2)
+        turned = local if self.turn is None else local @ self.turn.transpose(1, 2)
         return self.middle + self.unit * turned
 
 

@@ -41,9 +41,9 @@ PARTS = (
 SHARED = 0.8
 """Share of the variance that parts of a limb have in common."""
 _FORKS = {0: 1, 3: 4}
-"""Where the bone of a joint with several children ends: the spine's goes on."""
+"""The end of the bone of a joint with several children: the spine's goes on."""
 _LEADS_TO = {parent: rank for rank, parent in enumerate(PARENTS) if parent >= 0} | _FORKS
-"""Where the bone that begins at a joint of the 22 ends."""
+"""The end of the bone that begins at a joint of the 22."""
 
 
 class StretchedBody:
@@ -66,23 +66,26 @@ class StretchedBody:
         """``(joints,)`` which of the 22 a joint of the rig is, or hangs from; above the hips: the hips."""
         # a joint that stands for others which the body lacks comes first among them
         own = {joint: rank for rank, joint in reversed([*enumerate(self.character_joints)])}
-        found = np.zeros(len(self._parents), int)
+        ranks = np.zeros(len(self._parents), int)
         for joint, parent in enumerate(self._parents.tolist()):
-            found[joint] = own.get(joint, found[parent] if parent >= 0 else 0)
-        return found
+            ranks[joint] = own.get(joint, ranks[parent] if parent >= 0 else 0)
+        return ranks
 
     @cached_property
     def _along(self) -> np.ndarray:
         """``(joints, 3, 3)``: the part of a vector along the bone that a joint belongs to."""
-        places, found = self._places[list(self.character_joints)], np.zeros((len(self._parents), 3, 3))
+        places, projections = (
+            self._places[list(self.character_joints)],
+            np.zeros((len(self._parents), 3, 3)),
+        )
         for joint, rank in enumerate(self._ranks.tolist()):
             end, bone = rank, np.zeros(3)
             while end in _LEADS_TO and not bone.any():  # the next joint that the body does not lack
                 end = _LEADS_TO[end]
                 bone = places[end] - places[rank]
             if bone.any():
-                found[joint] = np.outer(bone, bone) / (bone @ bone)
-        return found
+                projections[joint] = np.outer(bone, bone) / (bone @ bone)
+        return projections
 
     @cached_property
     def unchanged(self) -> np.ndarray:

@@ -80,7 +80,7 @@ class SkrTraining:
         with torch.autocast(batch["points"].device.type, enabled=False):
             frame = self.network.frame(batch["points"])
             points, joints = frame.into(batch["points"]), frame.into(batch["joints"])
-        return {"joints": (self.network.seen(points) - joints).square().mean()}
+        return {"joints": (self.network.estimate(points) - joints).square().mean()}
 
     # ---------------------------------------------------------------------------------------- weights
     def method(self) -> Method:

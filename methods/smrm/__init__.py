@@ -124,7 +124,7 @@ class SMRM(Weighting, LearnedMethod):
     @property
     def presets(self) -> Mapping[str, TrainingConfig]:
         """The paper says Adam at 1e-4 for 1000 epochs of 2330 windows, and no batch size."""
-        ours = TrainingConfig(
+        default = TrainingConfig(
             steps=8000,
             batch=32,
             window=self.context,
@@ -138,9 +138,9 @@ class SMRM(Weighting, LearnedMethod):
             "paper": TrainingConfig(
                 steps=1000 * 2330 // 16, batch=16, window=self.context, rate=1e-4, validate=2500
             ),
-            "default": ours,
-            "gpu": replace(ours, batch=256),
-            "quick": replace(ours, steps=60, batch=16, warm_up=10, validate=30, cases=4),
+            "default": default,
+            "gpu": replace(default, batch=256),
+            "quick": replace(default, steps=60, batch=16, warm_up=10, validate=30, cases=4),
         }
 
     # -------------------------------------------------------------------------------------- training

@@ -78,12 +78,12 @@ class Features:
         if isinstance(source, Motion):
             rotations = self._rotations(body, source, turn)
             places = kinematics.forward(body.aligned.skeleton, rotations, np.zeros_like(hips))[0]
-            known = {"rotations": rotation.continuous(rotation.normalise(rotations))}
+            arrays = {"rotations": rotation.continuous(rotation.normalise(rotations))}
         else:
             joints = source.positions[:, list(body.aligned.joints)]
-            places, known = facing.seen(joints - hips[:, None], turn[:, None]), {}
+            places, arrays = facing.seen(joints - hips[:, None], turn[:, None]), {}
         hips = hips / body.unit
-        return known | {
+        return arrays | {
             "positions": places / body.unit,
             "hips": hips,
             "before": np.concatenate([hips[:1], hips[:-1]]),
@@ -111,8 +111,8 @@ class Features:
         return step
 
     def moved_by(self, shifts: np.ndarray) -> np.ndarray:
-        """What shifts of the hips ``(..., frames, 3)``, seen from where the character faces, add to
-        ``moves``; what turns between two frames is left out."""
+        """The change that shifts of the hips ``(..., frames, 3)``, seen from where the character faces,
+        make in ``moves``; what turns between two frames is left out."""
         if self.root == "position":
             return shifts
         change = np.diff(shifts, axis=-2, prepend=shifts[..., :1, :])

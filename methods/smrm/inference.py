@@ -26,7 +26,7 @@ class _Row:
     """One motion to be carried to one body. hips: ``(frames, 3)`` metres, the source's, scaled to the body.
     rotations, moved: the answer, filled chunk by chunk."""
 
-    seen: Mapping[str, np.ndarray]
+    inputs: Mapping[str, np.ndarray]
     moves: np.ndarray
     body: SmrmBody
     hips: np.ndarray
@@ -36,11 +36,11 @@ class _Row:
     @classmethod
     def of(cls, features: Features, source: Prediction, target: Character) -> Self:
         shown = rates.at_thirty(source)
-        seen = features.see(shown)
+        inputs = features.see(shown)
         ratios = root_rules.ratios("hip_height", source.character, target)
         return cls(
-            seen=seen,
-            moves=features.moves(seen["hips"], seen["before"], seen["turn"]),
+            inputs=inputs,
+            moves=features.moves(inputs["hips"], inputs["before"], inputs["turn"]),
             body=features.body(target),
             hips=transfer.hips(shown) * ratios,
             rotations=np.empty((shown.frames, JOINTS, 4), np.float32),
@@ -70,21 +70,21 @@ def retargeted(
     encoding: Tensor | None = None
     decoding: Tensor | None = None
     for first in range(0, len(longest_first[0].moved), chunk):
-        going = [row for row in longest_first if len(row.moved) > first]
-        part, count = slice(first, first + chunk), len(going)
-        positions = _block([row.seen["positions"][part] for row in going]).to(device)
-        moves = _block([row.moves[part] for row in going]).to(device)
+        active = [row for row in longest_first if len(row.moved) > first]
+        part, count = slice(first, first + chunk), len(active)
+        positions = _block([row.inputs["positions"][part] for row in active]).to(device)
+        moves = _block([row.moves[part] for row in active]).to(device)
         with torch.inference_mode():
             codes, encoding = generator.encode(positions, moves, _of(encoding, count))
             answer, decoding = generator.decode(
                 codes, offsets[:count], resting[:count], _of(decoding, count)
             )
         answers = answer.rotations.cpu().numpy(), answer.moves.cpu().numpy()
-        for row, turned, moved in zip(going, *answers, strict=True):
+        for row, turned, moved in zip(active, *answers, strict=True):
             left = len(row.moved[part])
             row.rotations[part], row.moved[part] = turned[:left], moved[:left]
     return [
-        rates.back(features.motion(row.body, row.rotations, row.moved, row.seen, row.hips, path), source)
+        rates.back(features.motion(row.body, row.rotations, row.moved, row.inputs, row.hips, path), source)
         for row, source in zip(rows, sources, strict=True)
     ]
 

@@ -16,11 +16,11 @@ def squares(a: Tensor, b: Tensor, real: Tensor) -> Tensor:
     return mean((a - b).square(), real)
 
 
-def rotations(found: Tensor, wanted: Tensor, real: Tensor) -> Tensor:
-    """Mean squared difference of quaternions ``(rows, frames, joints, 4)``, each ``wanted`` with the sign
+def rotations(predicted: Tensor, truth: Tensor, real: Tensor) -> Tensor:
+    """Mean squared difference of quaternions ``(rows, frames, joints, 4)``, each ``truth`` with the sign
     that brings it nearer: q and -q are one rotation."""
-    near = torch.where((found * wanted).sum(-1, keepdim=True) < 0, -wanted, wanted)
-    return squares(found, near, real)
+    near = torch.where((predicted * truth).sum(-1, keepdim=True) < 0, -truth, truth)
+    return squares(predicted, near, real)
 
 
 def acceleration(path: Tensor, real: Tensor) -> Tensor:

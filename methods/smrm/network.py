@@ -49,8 +49,8 @@ class Generator(nn.Module):
         positions: ``(rows, frames, 22, 3)`` and moves: ``(rows, frames, 3)`` of the source, in its units.
         """
         places = self.scale.normalise("positions", positions.flatten(-2))
-        seen = torch.cat([places, self.scale.normalise("moves", moves)], -1)
-        codes, after = self.encoder(seen, state)
+        inputs = torch.cat([places, self.scale.normalise("moves", moves)], -1)
+        codes, after = self.encoder(inputs, state)
         return codes, after
 
     def decode(

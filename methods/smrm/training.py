@@ -112,7 +112,7 @@ class SmrmTraining:
             same[0] &= not same.all()  # there is always a row for the discriminator
         target = [a if keep else b for a, b, keep in zip(own, others, same, strict=True)]
         batch: dict[str, Any] = {
-            "source": self._seen(numbers, self.training_data.draw(numbers, own, self._window)),
+            "source": self._inputs(numbers, self.training_data.draw(numbers, own, self._window)),
             "body": self._bodies(own),
             "target": self._bodies(target),
             "same": same,
@@ -120,7 +120,7 @@ class SmrmTraining:
         }
         batch["shown"] = self._noisy(numbers, batch["source"])
         if self._adversarial:
-            batch["real"] = self._seen(numbers, self.training_data.draw(numbers, target, self._window))
+            batch["real"] = self._inputs(numbers, self.training_data.draw(numbers, target, self._window))
         return batch
 
     def _bodies(self, names: Sequence[str]) -> dict[str, Any]:
@@ -132,20 +132,22 @@ class SmrmTraining:
             "lacking": np.flatnonzero(self._lacks[rows].any(0)).tolist(),
         }
 
-    def _seen(self, numbers: np.random.Generator, windows: WindowBatch) -> dict[str, np.ndarray]:
+    def _inputs(self, numbers: np.random.Generator, windows: WindowBatch) -> dict[str, np.ndarray]:
         """Windows as the networks see them; where the direction is kept, turned at random."""
         arrays = dict(windows.arrays)
         if self.features.yaw == "kept":
             arrays = _turned(arrays, np.exp(2j * np.pi * numbers.random((len(windows.lengths), 1))))
         moves = self.features.moves(arrays["hips"], arrays["before"], arrays["turn"])
-        kept = {key: arrays[key] for key in ("positions", "rotations", "turn")}
-        kept["moves"] = moves * windows.mask[..., None]
-        kept = {key: array.astype(np.float32, copy=False) for key, array in kept.items()}
-        return kept | {"lengths": windows.lengths}
+        inputs = {key: arrays[key] for key in ("positions", "rotations", "turn")}
+        inputs["moves"] = moves * windows.mask[..., None]
+        inputs = {key: array.astype(np.float32, copy=False) for key, array in inputs.items()}
+        return inputs | {"lengths": windows.lengths}
 
-    def _noisy(self, numbers: np.random.Generator, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """What the encoder is shown: positions and moves of joints that are not where they should be."""
-        positions, moves = seen["positions"], seen["moves"]
+    def _noisy(
+        self, numbers: np.random.Generator, inputs: Mapping[str, np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        """Inputs of the encoder with noise on positions and moves of joints."""
+        positions, moves = inputs["positions"], inputs["moves"]
         if self._noise:
             off = numbers.normal(0.0, self._noise, positions.shape).astype(np.float32)
             hips = off[:, :, :1]

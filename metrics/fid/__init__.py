@@ -111,8 +111,8 @@ class Fid:
     @property
     def _network(self) -> Network:
         for folder in self._folders:
-            if (found := network.find(folder, TWO_LEGS)) is not None:
-                return found
+            if (trained := network.find(folder, TWO_LEGS)) is not None:
+                return trained
         raise NotSupported(f"no feature network of bodies on {TWO_LEGS}; bench train fid makes one")
 
 

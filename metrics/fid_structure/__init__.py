@@ -111,8 +111,8 @@ class FidStructure:
     )
 
     def __init__(self, networks: str = "") -> None:
-        named = (Path(networks),) if networks else ()
-        self._folders = (*named, SHIPPED, network.own_folder())
+        extra = (Path(networks),) if networks else ()
+        self._folders = (*extra, SHIPPED, network.own_folder())
         self._real = lru_cache(maxsize=2)(self._encoded)
         self._frechet, self._kid, self._fits = Frechet(), Kid(), Fits()
 
@@ -121,8 +121,8 @@ class FidStructure:
 
     def features(self, comparison: Comparison) -> CaseFeatures:
         floor = comparison.case.ground.height
-        seen = self._network(comparison.target)
-        generated = seen.features(comparison.prediction, floor)[0]
+        encoder = self._network(comparison.target)
+        generated = encoder.features(comparison.prediction, floor)[0]
         if comparison.case.reference is None:
             # what a method made of the root decides nothing: the windows are drawn by the source's
             source = windows.channels(comparison.case.source)
@@ -144,11 +144,11 @@ class FidStructure:
 
     def _network(self, target: Character) -> Network:
         for folder in self._folders:
-            found = network.find(folder, target.structure)
-            if found is not None:
-                if reason := found.unfit(target):
+            encoder = network.find(folder, target.structure)
+            if encoder is not None:
+                if reason := encoder.unfit(target):
                     raise NotSupported(reason)
-                return found
+                return encoder
         raise NotSupported(
             f"no feature network for structure {target.structure}; bench train fid makes one"
         )

@@ -32,17 +32,17 @@ class Frechet:
 
     def _factor(self, sample: Sample) -> np.ndarray:
         if sample not in self._factors:
-            self._factors[sample] = self._made(sample)
+            self._factors[sample] = self._new_factor(sample)
         return self._factors[sample]
 
-    def _made(self, sample: Sample) -> np.ndarray:
+    def _new_factor(self, sample: Sample) -> np.ndarray:
         if sample.whole is None or sample.rows is None or 2 * len(sample.rows) < len(sample.whole.clips):
             return factor(sample.features)
         shorter = without(self._factor(sample.whole), sample.whole.features, sample.rows)
         return factor(sample.features) if shorter is None else shorter
 
 
-def without(whole: np.ndarray, features: np.ndarray, rows: np.ndarray) -> np.ndarray | None:
+def without(factor: np.ndarray, features: np.ndarray, rows: np.ndarray) -> np.ndarray | None:
     """A factor of the covariance of some rows of a set ``(n, d)``, from the ``factor`` of all of them.
 
     What the others add is taken away: with R of all rows and W = G R^-1 of those left out, the scatter
@@ -51,15 +51,15 @@ def without(whole: np.ndarray, features: np.ndarray, rows: np.ndarray) -> np.nda
     """
     from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
 
-    sizes = np.abs(np.diagonal(whole))
-    if whole.shape[0] != whole.shape[1] or sizes.min() < _SOUND * sizes.max():
+    sizes = np.abs(np.diagonal(factor))
+    if factor.shape[0] != factor.shape[1] or sizes.min() < _SOUND * sizes.max():
         return None
     centred = features - features.mean(axis=0)
-    gone = np.delete(centred, rows, axis=0)
+    removed = np.delete(centred, rows, axis=0)
     # their own mean is what the rest is centred at: one row more to take away
-    gone = np.concatenate([gone, gone.sum(axis=0, keepdims=True) / np.sqrt(len(rows))])
-    triangle = whole * np.sqrt(len(features) - 1)
-    share = solve_triangular(triangle, gone.T, trans="T", check_finite=False)
+    removed = np.concatenate([removed, removed.sum(axis=0, keepdims=True) / np.sqrt(len(rows))])
+    triangle = factor * np.sqrt(len(features) - 1)
+    share = solve_triangular(triangle, removed.T, trans="T", check_finite=False)
     try:
         middle = np.linalg.cholesky(np.eye(len(triangle)) - share @ share.T)
     except np.linalg.LinAlgError:

@@ -17,7 +17,7 @@ NEIGHBOURS = 5
 LISTED = 64
 """Neighbours of a window that are put in order: most often enough for any part of a set."""
 
-Made = TypeVar("Made")
+Value = TypeVar("Value")
 
 
 def apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -29,21 +29,21 @@ def apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(numbers[: len(a), None] != numbers[len(a) :])
 
 
-class PerPair(Generic[Made]):
+class PerPair(Generic[Value]):
     """A function of two whole sets whose results are kept for as long as both of them live."""
 
-    def __init__(self, make: Callable[[Sample, Sample], Made]) -> None:
+    def __init__(self, make: Callable[[Sample, Sample], Value]) -> None:
         self._make = make
-        self._made: WeakKeyDictionary[Sample, WeakKeyDictionary[Sample, Made]] = WeakKeyDictionary()
+        self._made: WeakKeyDictionary[Sample, WeakKeyDictionary[Sample, Value]] = WeakKeyDictionary()
 
-    def __call__(self, a: Sample, b: Sample) -> Made:
+    def __call__(self, a: Sample, b: Sample) -> Value:
         others = self._made.setdefault(a, WeakKeyDictionary())
         if b not in others:
             others[b] = self._make(a, b)
         return others[b]
 
 
-def whole(sample: Sample) -> tuple[Sample, np.ndarray]:
+def superset(sample: Sample) -> tuple[Sample, np.ndarray]:
     """The set that a set is a part of, and its windows there; itself and all where it is none."""
     if sample.whole is None or sample.rows is None:
         return sample, np.arange(len(sample.clips))
@@ -65,7 +65,7 @@ class Kid:
         return self._mean(a, a) + self._mean(b, b) - 2.0 * self._mean(a, b)
 
     def _mean(self, x: Sample, y: Sample) -> float:
-        (all_x, rows), (all_y, columns) = whole(x), whole(y)
+        (all_x, rows), (all_y, columns) = superset(x), superset(y)
         one, other = np.zeros(len(all_x.clips)), np.zeros(len(all_y.clips))
         one[rows], other[columns] = 1.0, 1.0
         pairs = _pairs(x.clips, y.clips)
@@ -85,8 +85,8 @@ def _kernel(x: Sample, y: Sample) -> np.ndarray:
 def _pairs(a: np.ndarray, b: np.ndarray) -> int:
     """Number of pairs of different groups."""
     (names, counts), (other_names, other_counts) = (np.unique(x, return_counts=True) for x in (a, b))
-    _, ours, theirs = np.intersect1d(names, other_names, assume_unique=True, return_indices=True)
-    return int(len(a) * len(b) - counts[ours] @ other_counts[theirs])
+    _, rows, other_rows = np.intersect1d(names, other_names, assume_unique=True, return_indices=True)
+    return int(len(a) * len(b) - counts[rows] @ other_counts[other_rows])
 
 
 # coverage and density
@@ -112,14 +112,14 @@ class Fits:
         self._last: WeakKeyDictionary[Sample, tuple[ref[Sample], Fit]] = WeakKeyDictionary()
 
     def __call__(self, real: Sample, generated: Sample) -> Fit:
-        of, found = self._last.get(real, (None, None))
-        if of is None or found is None or of() is not generated:
-            found = self._fit(real, generated)
-            self._last[real] = ref(generated), found
-        return found
+        of, fit = self._last.get(real, (None, None))
+        if of is None or fit is None or of() is not generated:
+            fit = self._fit(real, generated)
+            self._last[real] = ref(generated), fit
+        return fit
 
     def _fit(self, real: Sample, generated: Sample) -> Fit:
-        (all_real, rows), (all_made, columns) = whole(real), whole(generated)
+        (all_real, rows), (all_made, columns) = superset(real), superset(generated)
         reach = self._near(all_real, all_real).reach(rows, self._k)
         if reach is None:
             return Fit(float("nan"), float("nan"))

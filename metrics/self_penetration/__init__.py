@@ -122,10 +122,10 @@ class SelfPenetration:
         parts = limbs(body)
         if not parts:
             return values
-        found = inside(body, predicted[::step])
-        share = _shares(parts, found)
-        beyond = [each & ~rest for each, rest in zip(found, inside_at_rest(body), strict=True)]
-        depth = float(np.mean(_depths(parts, found, predicted[::step])))
+        masks = inside(body, predicted[::step])
+        share = _shares(parts, masks)
+        beyond = [each & ~rest for each, rest in zip(masks, inside_at_rest(body), strict=True)]
+        depth = float(np.mean(_depths(parts, masks, predicted[::step])))
         values |= {
             "self_penetration": float(share.mean()),
             "self_penetration.over_rest": float(_shares(parts, beyond).mean()),
@@ -137,16 +137,16 @@ class SelfPenetration:
         return values
 
 
-def _shares(parts: Sequence[Limb], found: Sequence[np.ndarray]) -> np.ndarray:
+def _shares(parts: Sequence[Limb], masks: Sequence[np.ndarray]) -> np.ndarray:
     """``(frames,)`` per cent of the area of all limbs that is inside."""
     areas = np.concatenate([limb.areas for limb in parts])
-    return np.asarray(100.0 * (np.concatenate(found, axis=1) @ areas) / areas.sum())
+    return np.asarray(100.0 * (np.concatenate(masks, axis=1) @ areas) / areas.sum())
 
 
-def _depths(parts: Sequence[Limb], found: Sequence[np.ndarray], vertices: np.ndarray) -> np.ndarray:
+def _depths(parts: Sequence[Limb], masks: Sequence[np.ndarray], vertices: np.ndarray) -> np.ndarray:
     """``(frames,)`` metres from the surface to the deepest vertex that is inside."""
     depths = np.zeros(len(vertices))
-    for limb, hits in zip(parts, found, strict=True):
+    for limb, hits in zip(parts, masks, strict=True):
         for frame in np.flatnonzero(hits.any(axis=1)):
             points = vertices[frame, limb.tested[hits[frame]]]
             depths[frame] = max(depths[frame], deepest(points, vertices[frame], limb.faces))
@@ -156,12 +156,12 @@ def _depths(parts: Sequence[Limb], found: Sequence[np.ndarray], vertices: np.nda
 @lru_cache(maxsize=256)
 def _standing(body: Character) -> np.ndarray:
     """``(1, V, 3)`` the vertices in the common reference pose."""
-    found = vertices_of(body.motion(body.reference_pose[None], np.zeros((1, 3)), RATE), body)
-    assert found is not None
-    return found
+    vertices = vertices_of(body.motion(body.reference_pose[None], np.zeros((1, 3)), RATE), body)
+    assert vertices is not None
+    return vertices
 
 
-_known: WeakKeyDictionary[Prediction, np.ndarray] = WeakKeyDictionary()
+_cache: WeakKeyDictionary[Prediction, np.ndarray] = WeakKeyDictionary()
 """Shares of references, which all methods are compared with."""
 
 
@@ -170,20 +170,20 @@ def _reference_shares(comparison: Comparison, step: int) -> np.ndarray | None:
     reference = comparison.case.reference
     if reference is None:
         return None
-    if (found := _known.get(reference)) is None:
+    if (shares := _cache.get(reference)) is None:
         vertices, body = comparison.expected_vertices, comparison.target
         if vertices is None:
             return None
-        found = _shares(limbs(body), inside(body, vertices[::step]))
-        _known[reference] = found
-    return found
+        shares = _shares(limbs(body), inside(body, vertices[::step]))
+        _cache[reference] = shares
+    return shares
 
 
 def _legacy(body: Character, vertices: np.ndarray) -> dict[str, float]:
-    found, rest = nearest_normal.rate(body, vertices), _rate_at_rest(body)
-    if found is None or rest is None:
+    rate, rest = nearest_normal.rate(body, vertices), _rate_at_rest(body)
+    if rate is None or rest is None:
         return {}
-    return {"star_penetration": 100.0 * found, "star_penetration.rest": 100.0 * rest}
+    return {"star_penetration": 100.0 * rate, "star_penetration.rest": 100.0 * rest}
 
 
 @lru_cache(maxsize=256)

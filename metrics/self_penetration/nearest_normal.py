@@ -36,7 +36,7 @@ def rate(body: Character, vertices: np.ndarray) -> float | None:
 
 @lru_cache(maxsize=256)
 def limbs(body: Character) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-    """Of each limb its vertices ``(n,)`` and those of the body without it ``(m,)``, by number."""
+    """Vertices of each limb ``(n,)`` and those of the body without it ``(m,)``, by number."""
     return tuple(_limbs(body))
 
 
@@ -57,7 +57,7 @@ def _limbs(body: Character) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """``(V, 3)`` sums of the normals of the faces around each vertex, longer for larger faces."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normals, found = np.cross(b - a, c - a), np.zeros_like(vertices)
+    normals, sums = np.cross(b - a, c - a), np.zeros_like(vertices)
     for k in range(3):
-        np.add.at(found, faces[:, k], normals)
-    return found
+        np.add.at(sums, faces[:, k], normals)
+    return sums

@@ -1,19 +1,18 @@
 """Breakdowns of results: by pair, clip, kind, structure, level, joint, training or time."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
 
 from retarget_bench.analysis.ranking import doubt
-from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.roles import BODY_PARTS
 from retarget_bench.results import case_metadata, compatibility, store
 from retarget_bench.results.header import DeclaredValue
-from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
+from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.rows import Key
 from retarget_bench.results.store import ResultPaths
 
@@ -21,8 +20,6 @@ By = Literal["pair", "clip", "kind", "structure", "level", "joint", "part", "see
 CURVES: tuple[By, ...] = ("second", "threshold")
 """Indices of curves: a breakdown by one of them has a line per point."""
 UNKNOWN = "unknown"
-NameOf = Callable[[str, str], str]
-"""Target and joint name -> group of the joint."""
 
 
 def breakdown(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
@@ -50,16 +47,16 @@ def breakdown(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
 # -------------------------------------------------------------------------------------- case metadata
 def structures_of(matrix: ResultMatrix) -> dict[str, str]:
     """Case -> structure of its target, sorted by structure. Raises BenchError where results lack it."""
-    found: dict[str, str] = {}
+    structures: dict[str, str] = {}
     for row in matrix.rows:
-        mine = case_metadata.read(row.paths).structures
-        if not mine:
+        own = case_metadata.read(row.paths).structures
+        if not own:
             raise BenchError(
                 f"{row.paths.folder} lacks the structures of the bodies; bench run --overwrite always "
                 "writes them"
             )
-        found |= mine
-    groups = {info.id: found.get(info.target, UNKNOWN) for info in matrix.cases}
+        structures |= own
+    groups = {info.id: structures.get(info.target, UNKNOWN) for info in matrix.cases}
     return dict(sorted(groups.items(), key=lambda pair: pair[1]))
 
 
@@ -87,8 +84,13 @@ def _by_joint(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
     for row in matrix.rows:
         fresh = {key for key in values if not newest.why_value_outdated(row.header, key)}
         fresh = set() if newest.why_outdated(row.header) else fresh
-        name_of: NameOf = _part_of(row) if by == "part" else lambda _, joint: joint
-        draws.append([_joint_means(matrix, place, fresh, name_of) for place in row.all_paths])
+        parts = case_metadata.read(row.paths).parts if by == "part" else None
+        if parts is not None and not parts:
+            raise BenchError(
+                f"{row.paths.folder} lacks the body parts of the joints; bench run --overwrite always "
+                "writes them"
+            )
+        draws.append([_joint_means(matrix, place, fresh, parts) for place in row.all_paths])
     groups = {group for row in draws for draw in row for group in draw}
     order = {part: rank for rank, part in enumerate(BODY_PARTS)}
     return [
@@ -100,14 +102,14 @@ def _by_joint(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
 def _indexed(matrix: ResultMatrix, index: str, what: str) -> dict[str, DeclaredValue]:
     """The values of this index, declared as values without one; those that references break rank nobody.
     Raises BenchError where there is none."""
-    found = {
+    values = {
         key: replace(each, index="", better="none" if doubt(matrix, key) else each.better)
         for key, each in matrix.values.items()
         if each.index == index
     }
-    if not found:
+    if not values:
         raise BenchError(f"{matrix.dataset}, {matrix.split}: there is no {what}; bench run computes them")
-    return found
+    return values
 
 
 def _with_runs(
@@ -121,22 +123,18 @@ def _with_runs(
     return replace(matrix, values=values, part=part, rows=tuple(rows))
 
 
-def _part_of(row: MethodRow) -> NameOf:
-    parts = case_metadata.read(row.paths).parts
-    if not parts:
-        raise BenchError(
-            f"{row.paths.folder} lacks the body parts of the joints; bench run --overwrite always writes "
-            "them"
-        )
-    return lambda target, joint: parts.get(target, {}).get(joint, UNKNOWN)
-
-
 def _joint_means(
-    matrix: ResultMatrix, place: ResultPaths, values: set[str], name_of: NameOf
+    matrix: ResultMatrix,
+    place: ResultPaths,
+    values: set[str],
+    parts: Mapping[str, Mapping[str, str]] | None,
 ) -> dict[str, dict[Key, np.ndarray]]:
-    """Group -> (value id, "") -> ``(cases,)``: the mean over the joints of the group."""
+    """Group -> (value id, "") -> ``(cases,)``: the mean over the joints of the group.
+
+    parts: target -> joint -> group; None: each joint is a group.
+    """
     position = {info.id: number for number, info in enumerate(matrix.cases)}
-    found: dict[str, dict[Key, np.ndarray]] = {}
+    means_of: dict[str, dict[Key, np.ndarray]] = {}
     stored = store.read_results(place, arrays=True)
     here = [number for number, info in enumerate(stored.infos) if info.id in position]  # of these bodies
     place_of = [position[stored.infos[number].id] for number in here]
@@ -148,7 +146,10 @@ def _joint_means(
         case, joint = np.nonzero(~np.isnan(table))
         at = np.array(place_of, dtype=np.int64)[case]
         pairs = zip(at.tolist(), joint.tolist(), strict=True)
-        names = [name_of(matrix.cases[c].target, joints[j]) for c, j in pairs]
+        names = [
+            joints[j] if parts is None else parts.get(matrix.cases[c].target, {}).get(joints[j], UNKNOWN)
+            for c, j in pairs
+        ]
         groups, group = np.unique(names, return_inverse=True)
         shape = len(groups), len(matrix.cases)
         flat = group * len(matrix.cases) + at
@@ -157,8 +158,8 @@ def _joint_means(
         with np.errstate(invalid="ignore"):
             means = totals / counts
         for name, row in zip(groups.tolist(), means, strict=True):
-            found.setdefault(name, {})[value, ""] = row
-    return found
+            means_of.setdefault(name, {})[value, ""] = row
+    return means_of
 
 
 # -------------------------------------------------------------------------------------------- curves
@@ -198,11 +199,11 @@ def lasting(matrix: ResultMatrix, seconds: int) -> ResultMatrix:
             f"{matrix.dataset}, {matrix.split}: the durations of clips are unknown; bench run adds them "
             "(growth.world)"
         )
-    kept = np.zeros(len(matrix.cases), dtype=bool)
+    long_enough = np.zeros(len(matrix.cases), dtype=bool)
     for value, index in matrix.keys:
         if value in curves and _number(index)[0] >= seconds:
-            kept |= ~np.isnan(matrix.numbers((value, index))).all(axis=0)
-    return matrix.restricted(kept, f"{seconds} s and longer")
+            long_enough |= ~np.isnan(matrix.numbers((value, index))).all(axis=0)
+    return matrix.restricted(long_enough, f"{seconds} s and longer")
 
 
 # ------------------------------------------------------------------------------------------------ seen
@@ -222,11 +223,13 @@ def _seen_groups(matrix: ResultMatrix) -> np.ndarray:
                 f"{row.paths.folder} lacks what was seen in training; the data set has no training part, "
                 "or the results are older than this metadata (bench run --overwrite always writes it)"
             )
-        names.append([_seen_group(unseen, manifest or fallback, case) for case in matrix.cases])
+        groups = []
+        for info in matrix.cases:
+            if unseen is None:
+                new = case_metadata.not_in(manifest or fallback, info)
+            else:
+                new = unseen.get(info.id, frozenset())
+            who = "new" if new & {"source", "target"} else "known"
+            groups.append(f"{who} characters, {'new' if 'kind' in new else 'known'} motion")
+        names.append(groups)
     return np.array(names)
-
-
-def _seen_group(unseen: Mapping[str, frozenset[str]] | None, manifest: Any, info: CaseInfo) -> str:
-    new = case_metadata.not_in(manifest, info) if unseen is None else unseen.get(info.id, frozenset())
-    who = "new" if new & {"source", "target"} else "known"
-    return f"{who} characters, {'new' if 'kind' in new else 'known'} motion"

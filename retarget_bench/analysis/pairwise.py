@@ -47,8 +47,8 @@ class Difference:
     @cached_property
     def there(self) -> np.ndarray:
         """``apart`` without what is missing."""
-        found: np.ndarray = self.apart[~np.isnan(self.apart)]
-        return found
+        present: np.ndarray = self.apart[~np.isnan(self.apart)]
+        return present
 
     @property
     def difference(self) -> float:
@@ -146,20 +146,33 @@ def compare(
     both = {first.label, second.label}
     there = {key: rankings[key] for key in values if key in rankings}
     of_table = {key: each for key, each in there.items() if both <= set(each.order)}
-    known = {key: p for key, each in of_table.items() if (p := _of_best(each, both)) is not None}
+    p_of_best = {key: p for key, each in of_table.items() if (p := _of_best(each, both)) is not None}
     of_cases = [_of_cases(matrix, first, second, value, of_table.get(value)) for value in values]
     sets = [stored_sets(matrix, row) for row in (first, second)]
-    declared = _declared_sets(first, second)
+    versions = [compatibility.metric_versions(row.header) for row in (first, second)]
+    declared = {
+        key: each
+        for key, each in set_values(row.header for row in (first, second)).items()
+        if versions[0].get(each.metric) == versions[1].get(each.metric)
+    }
     of_sets = [each for key in values if key in declared for each in _of_sets(declared[key], key, *sets)]
     of_sets = [each for each in of_sets if each.structure != TWO_LEGS or matrix.bodies]  # as in tables
-    found = [*_adjusted([each for each in of_cases if each], known), *_adjusted(of_sets, known)]
+    differences = [
+        *_adjusted([each for each in of_cases if each], p_of_best),
+        *_adjusted(of_sets, p_of_best),
+    ]
+    withheld: dict[str, list[str]] = {}
+    for each in differences:
+        if each.withheld:
+            withheld.setdefault(each.withheld, []).append(each.facts.label)
+    without = [f"no verdict by {', '.join(labels)}: {reason}" for reason, labels in withheld.items()]
     return PairwiseComparison(
         dataset=matrix.dataset,
         split=matrix.split,
         first=first.label,
         second=second.label,
-        differences=tuple(sorted(found, key=lambda each: list(values).index(each.value))),
-        notes=(*_notes(first, second), *_withheld(found)),
+        differences=tuple(sorted(differences, key=lambda each: list(values).index(each.value))),
+        notes=(*_notes(first, second), *without),
     )
 
 
@@ -171,16 +184,16 @@ def _of_best(ranking: Ranking, both: set[str]) -> float | None:
     return ranking.p[others.pop()] if others else 1.0
 
 
-def _adjusted(family: Sequence[Difference], known: Mapping[str, float]) -> list[Difference]:
+def _adjusted(family: Sequence[Difference], p_values: Mapping[str, float]) -> list[Difference]:
     """Differences with their p-values: the known ones by value id, and those of the others as a family."""
-    of_table = [known.get(each.value) if each.structure in ("", TWO_LEGS) else None for each in family]
+    of_table = [p_values.get(each.value) if each.structure in ("", TWO_LEGS) else None for each in family]
     rest = [each.apart for each, p in zip(family, of_table, strict=True) if p is None]
     own = iter(statistics.step_down(np.array(rest)) if rest else ())
-    found = []
+    adjusted = []
     for each, p in zip(family, of_table, strict=True):
-        mine = float(next(own)) if p is None else p
-        found.append(replace(each, adjusted=1.0 if p is None and each.equal else mine))
-    return found
+        p_own = float(next(own)) if p is None else p
+        adjusted.append(replace(each, adjusted=1.0 if p is None and each.equal else p_own))
+    return adjusted
 
 
 def _of_cases(
@@ -216,13 +229,6 @@ def _of_cases(
     )
 
 
-def _declared_sets(first: MethodRow, second: MethodRow) -> dict[str, DeclaredValue]:
-    """Value id -> its declaration, of the values of sets that one version of a metric computed of both."""
-    one, two = (compatibility.metric_versions(row.header) for row in (first, second))
-    declared = set_values(row.header for row in (first, second))
-    return {key: each for key, each in declared.items() if one.get(each.metric) == two.get(each.metric)}
-
-
 def _of_sets(
     facts: DeclaredValue, key: str, one: Sequence[SetValue], two: Sequence[SetValue]
 ) -> Iterator[Difference]:
@@ -249,18 +255,10 @@ def _of_sets(
         )
 
 
-def _withheld(found: Sequence[Difference]) -> list[str]:
-    reasons: dict[str, list[str]] = {}
-    for each in found:
-        if each.withheld:
-            reasons.setdefault(each.withheld, []).append(each.facts.label)
-    return [f"no verdict by {', '.join(labels)}: {reason}" for reason, labels in reasons.items()]
-
-
 def so_far(row: MethodRow) -> str:
     """How many cases a method has done; "" where it has done all."""
-    waiting, asked = len(row.header.waiting), row.header.counts.asked
-    return f"{row.label}: {asked - waiting} of {asked} cases so far" if waiting else ""
+    waiting, total = len(row.header.waiting), row.header.counts.asked
+    return f"{row.label}: {total - waiting} of {total} cases so far" if waiting else ""
 
 
 def _notes(first: MethodRow, second: MethodRow) -> list[str]:

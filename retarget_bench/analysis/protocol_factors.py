@@ -7,6 +7,7 @@ them; the factor between the two is measured per case.
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -86,14 +87,14 @@ def explain(matrix: ResultMatrix, row: MethodRow, seed: int = 0) -> Explanation:
     no protocol or have no number of any.
     """
     label = row.label
-    known = {key: value for key, value in row.header.values.items() if value.protocol}
-    if not known:
+    protocols = {key: value for key, value in row.header.values.items() if value.protocol}
+    if not protocols:
         raise BenchError(
             f"the results of {label} declare no position protocols (they are old, or have no position "
             "metrics); score them again: bench run"
         )
     readings = []
-    for key, value in known.items():
+    for key, value in protocols.items():
         numbers = row.runs[seed].get((key, ""))
         if numbers is not None and not np.isnan(numbers).all():
             mean = float(np.nanmean(statistics.per_clip(numbers, matrix.clips)))
@@ -146,38 +147,33 @@ def factor_text(factor: Factor) -> str:
     return text
 
 
-def text(found: Explanation, factors: Sequence[Factor], columns: int = 100) -> str:
+def text(explanation: Explanation, factors: Sequence[Factor], columns: int = 100) -> str:
     """For a terminal of so many columns: every protocol's number with what fixes it, then the factors asked
     for."""
-    out = [f"{found.method} on {found.dataset}, {found.split}", ""]
-    ids = max(len(reading.id) for reading in found.readings)
-    numbers = [f"{reading.value:.4g} {reading.facts['unit']}" for reading in found.readings]
+    wrap = partial(textwrap.wrap, width=columns, break_on_hyphens=False)
+    out = [f"{explanation.method} on {explanation.dataset}, {explanation.split}", ""]
+    ids = max(len(reading.id) for reading in explanation.readings)
+    numbers = [f"{reading.value:.4g} {reading.facts['unit']}" for reading in explanation.readings]
     width = max(map(len, numbers))
-    for reading, number in zip(found.readings, numbers, strict=True):
+    for reading, number in zip(explanation.readings, numbers, strict=True):
         fixed = "; ".join(reading.facts[key] for key in PROTOCOL if key in reading.facts)
         lead = f"  {reading.id:<{ids}}  {number:>{width}}  n {reading.there.sum()}  "
-        out += _filled(fixed, columns, lead, ids + 4)
+        out += wrap(fixed, initial_indent=lead, subsequent_indent=" " * (ids + 4))
     out += ["", f"  ({'; '.join(PROTOCOL)})", ""]
     for factor in factors:
-        out += _filled(f"{factor.first} -> {factor.second}: {factor_text(factor)}", columns, "  ", 10)
+        line = f"{factor.first} -> {factor.second}: {factor_text(factor)}"
+        out += wrap(line, initial_indent="  ", subsequent_indent=" " * 10)
         for reason in factor.reasons:
-            out += _filled(reason, columns, "      ", 10)
+            out += wrap(reason, initial_indent=" " * 6, subsequent_indent=" " * 10)
     return "\n".join(out) + "\n"
 
 
-def _filled(text: str, columns: int, lead: str, indent: int) -> list[str]:
-    """A text on lines of so many characters; ``lead`` stands before the first."""
-    return textwrap.wrap(
-        text, columns, initial_indent=lead, subsequent_indent=" " * indent, break_on_hyphens=False
-    )
-
-
-def markdown(found: Explanation, factors: Sequence[Factor]) -> str:
+def markdown(explanation: Explanation, factors: Sequence[Factor]) -> str:
     """Two Markdown tables: protocols and factors."""
-    out = [f"## {found.method} on {found.dataset}, {found.split}", ""]
+    out = [f"## {explanation.method} on {explanation.dataset}, {explanation.split}", ""]
     out += ["| protocol | value | unit | n | " + " | ".join(PROTOCOL) + " |"]
     out.append("|---|---:|---|---:|" + "---|" * len(PROTOCOL))
-    for reading in found.readings:
+    for reading in explanation.readings:
         number = f"{reading.value:.4g} | {reading.facts['unit']} | {reading.there.sum()}"
         fixed = " | ".join(reading.facts.get(key, "") for key in PROTOCOL)
         out.append(f"| `{reading.id}` | {number} | {fixed} |")
@@ -188,16 +184,18 @@ def markdown(found: Explanation, factors: Sequence[Factor]) -> str:
     return "\n".join(out) + "\n"
 
 
-def chosen(found: Explanation, between: Sequence[str], *, every: bool) -> list[Factor]:
+def chosen(explanation: Explanation, between: Sequence[str], *, every: bool) -> list[Factor]:
     """The factors to show: between the named protocols, all, or those from the first protocol.
 
     Raises BenchError for a protocol that there is no number of, and for one alone.
     """
-    known = [reading.id for reading in found.readings]
-    if unknown := [id_ for id_ in between if id_ not in known]:
-        raise BenchError(f"{found.method} has no protocol {unknown[0]!r} here; it has {', '.join(known)}")
+    ids = [reading.id for reading in explanation.readings]
+    if unknown := [id_ for id_ in between if id_ not in ids]:
+        raise BenchError(
+            f"{explanation.method} has no protocol {unknown[0]!r} here; it has {', '.join(ids)}"
+        )
     if between:
         if len(set(between)) == 1:
             raise BenchError(f"a factor is between two protocols; name another beside {between[0]}")
-        return [f for f in found.factors if {f.first, f.second} <= set(between)]
-    return [f for f in found.factors if every or f.first == known[0]]
+        return [f for f in explanation.factors if {f.first, f.second} <= set(between)]
+    return [f for f in explanation.factors if every or f.first == ids[0]]

@@ -71,13 +71,16 @@ def _overview(cards: Iterable[MetricCard]) -> str:
 
 
 def _definition(value: Value) -> str:
-    """The section of one value."""
+    """The section of one value. A formula says what is computed, then what its words mean."""
+    formula, *notes = _MARKUP.sub(r"\\\g<0>", value.formula).split("; ")
+    source = _MARKUP.sub(r"\\\g<0>", value.source_formula)
     facts = [
         f"{_sentence(value.meaning)}",
         "",
         f"- Column: {value.label}; unit: {value.unit}; best: {_best(value)}",
-        *_formula(value.formula),
-        *_against_source(value),
+        f"- Formula: {formula}",
+        *(f"  - {note}" for note in notes),
+        *([f"- Against the source (`bench table --against source`): {source}"] if source else []),
         f"- Source: {value.source}",
         f"- Needs: {', '.join(value.needs) or 'the prediction alone'}",
         f"- Tolerance: {value.tolerance:g}",
@@ -89,12 +92,6 @@ def _definition(value: Value) -> str:
     return f"### {value.id}\n\n" + "\n".join(facts)
 
 
-def _against_source(value: Value) -> list[str]:
-    """The line of a value that also exists against the source."""
-    formula = _MARKUP.sub(r"\\\g<0>", value.source_formula)
-    return [f"- Against the source (`bench table --against source`): {formula}"] if formula else []
-
-
 def _best(value: Value) -> str:
     arrow = ARROWS[value.better]
     return f"{arrow} {value.goal:g}" if value.better == "target" else arrow
@@ -102,9 +99,3 @@ def _best(value: Value) -> str:
 
 def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:].rstrip('.')}."
-
-
-def _formula(formula: str) -> list[str]:
-    """A formula as a list: what is computed, then what its words mean, signs as they read."""
-    first, *notes = _MARKUP.sub(r"\\\g<0>", formula).split("; ")
-    return [f"- Formula: {first}", *(f"  - {note}" for note in notes)]

@@ -85,7 +85,7 @@ def never_ranked(method: MethodInfo) -> str:
 def unranked(header: ResultHeader) -> str:
     """The reason why a method with this header is not ranked; "" where it is.
 
-    Whoever leaves out a case would choose the cases that all are compared on, so it is compared apart.
+    A method that leaves out a case would choose the cases on which all are compared, so it is not ranked.
     """
     counts = header.counts
     fewer = f"answered {counts.ok} of {counts.asked}" if counts.ok < counts.asked else ""
@@ -96,8 +96,8 @@ def doubt(matrix: ResultMatrix, value: str) -> str:
     """Why nobody is ranked by a value on these cases, though methods have it; "": there is no doubt."""
     doubted = matrix.values[value].doubt
     numbers = matrix.numbers((doubted, "")) if doubted else np.empty((0, 0))
-    known = numbers[:, ~np.isnan(numbers).all(axis=0)]
-    if not known.size or (share := float(np.nanmax(known, axis=0).mean())) <= MOST_DOUBTED:
+    present = numbers[:, ~np.isnan(numbers).all(axis=0)]
+    if not present.size or (share := float(np.nanmax(present, axis=0).mean())) <= MOST_DOUBTED:
         return ""
     return f"the references themselves are beyond what it allows in {share:.0f} % of the cases"
 
@@ -152,13 +152,16 @@ def _ranked(losses: Mapping[str, np.ndarray], tolerance: float, **facts: Any) ->
     return Ranking(tuple(labels[i] for i in order), adjusted, equal=equal, **facts)
 
 
-def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
+def common_cases(
+    numbers: np.ndarray, ranked: np.ndarray, never: np.ndarray | np.bool = np.False_
+) -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
     """``(cases,)`` bool: cases that all ranked methods have a number for; ``(methods,)`` bool: those whose
     means are over these; and why ranked methods are left out.
 
-    numbers: ``(methods, cases)``; ranked: ``(methods,)`` bool. Not every answer has every number: a method
-    that has it for less than ``COVERAGE`` of the cases that any ranked method has it for is left out, lest
-    it shrink the set.
+    numbers: ``(methods, cases)``; outside the common cases those of the methods that are compared, or in
+    ``never``, are set to nan. ranked, never: ``(methods,)`` bool: methods that may be ranked, and that
+    never are. Not every answer has every number: a method that has it for less than ``COVERAGE`` of the
+    cases that any ranked method has it for is left out, lest it shrink the set.
     """
     there = ~np.isnan(numbers)
     any_of = there[ranked].any(axis=0)
@@ -166,4 +169,7 @@ def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, n
     few = ranked & (counts < COVERAGE * any_of.sum())
     left_out = {int(i): f"has it for {counts[i]} of {any_of.sum()} cases" for i in np.flatnonzero(few)}
     common = any_of & there[ranked & ~few].all(axis=0)
-    return common, ranked & ~few & common.any(), left_out
+    among = ranked & ~few & common.any()
+    if among.any():
+        numbers[(among | never)[:, None] & ~common] = np.nan
+    return common, among, left_out

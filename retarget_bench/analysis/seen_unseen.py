@@ -32,24 +32,24 @@ def seen_and_unseen(places: Iterable[ResultPaths], by: By) -> list[SeenPart]:
     by: the breakdown of every part. Raises BenchError where the results lack the structures of bodies, or
     the metadata that the breakdown needs.
     """
-    found = []
+    halves = []
     for matrix in result_matrices(places):
-        trained = {row.label: row.header.method.trained_on or {} for row in matrix.rows}
-        known = {label: sorted(each.get("structures", ())) for label, each in trained.items()}
-        if not any(known.values()):
+        manifests = [row.header.method.trained_on or {} for row in matrix.rows]
+        trained = [list(manifest.get("structures", ())) for manifest in manifests]
+        if not any(trained):
             continue
         structure_of = structures_of(matrix)
         structures = np.array([structure_of[info.id] for info in matrix.cases])
-        for row in matrix.rows:
-            had = np.isin(structures, known[row.label])
+        for row, known in zip(matrix.rows, trained, strict=True):
+            had = np.isin(structures, known)
             alone = replace(matrix, rows=(row,))
             answered = np.zeros(len(matrix.cases), dtype=bool)
             for key in alone.keys:
                 answered |= ~np.isnan(alone.numbers(key)[0])
-            if not known[row.label] or not (had & answered).any() or not (~had & answered).any():
+            if not (had & answered).any() or not (~had & answered).any():
                 continue
-            for seen, mine in ((True, had), (False, ~had)):
-                parts = tuple(split_summary(part) for part in breakdown(alone.restricted(mine, ""), by))
-                names = tuple(sorted(set(structures[mine & answered].tolist())))
-                found.append(SeenPart(row.label, seen, names, parts))
-    return found
+            for seen, cases in ((True, had), (False, ~had)):
+                parts = tuple(split_summary(part) for part in breakdown(alone.restricted(cases, ""), by))
+                names = tuple(sorted(set(structures[cases & answered].tolist())))
+                halves.append(SeenPart(row.label, seen, names, parts))
+    return halves

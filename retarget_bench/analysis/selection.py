@@ -41,27 +41,27 @@ class Selection:
         Raises BenchError for a method without results, and where there is no case yet.
         """
         labels = {row.label for matrix in matrices for row in matrix.rows}
-        wanted = {name: label_of(name, labels) for name in self.methods}
-        if strangers := [name for name, label in wanted.items() if label is None]:
+        labels_of = {name: label_of(name, labels) for name in self.methods}
+        if strangers := [name for name, label in labels_of.items() if label is None]:
             raise unknown(labels, strangers[0])
-        kept = [self._kept(matrix, set(wanted.values())) for matrix in matrices]
-        some = [matrix for matrix in kept if matrix.rows]
+        chosen = [self._chosen(matrix, set(labels_of.values())) for matrix in matrices]
+        some = [matrix for matrix in chosen if matrix.rows]
         parts = [part for matrix in some for part in by_bodies(matrix)] if self.apart else some
         shown = [part for part in map(so_far, parts) if part.cases or not part.so_far]
         if some and not shown:
             raise BenchError("no case is done by all of these methods yet; ask again later, or for fewer")
         return shown
 
-    def _kept(self, matrix: ResultMatrix, wanted: set[str | None]) -> ResultMatrix:
-        named = any(row.label in wanted for row in matrix.rows if row.header.method.control)
-        controls = self.controls and not named
+    def _chosen(self, matrix: ResultMatrix, chosen_labels: set[str | None]) -> ResultMatrix:
+        names_control = any(row.label in chosen_labels for row in matrix.rows if row.header.method.control)
+        controls = self.controls and not names_control
         rows = [
             row
             for row in matrix.rows
-            if row.label in wanted or (controls if row.header.method.control else not wanted)
+            if row.label in chosen_labels or (controls if row.header.method.control else not chosen_labels)
         ]
         chosen = replace(matrix, rows=tuple(rows), variants=())
-        return chosen if wanted or self.variants else without_variants(chosen)
+        return chosen if chosen_labels or self.variants else without_variants(chosen)
 
 
 def find(matrix: ResultMatrix, name: str) -> MethodRow | None:
@@ -123,86 +123,86 @@ def so_far(matrix: ResultMatrix) -> ResultMatrix:
     (clips, cases), (all_clips, all_cases) = (
         (len(np.unique(matrix.clips[some])), int(some.sum())) for some in (common, matrix.own)
     )
-    told = f"{clips} of {all_clips} clips" if clips < all_clips else f"{cases} of {all_cases} cases"
+    progress = f"{clips} of {all_clips} clips" if clips < all_clips else f"{cases} of {all_cases} cases"
     shown = tuple(compress(matrix.rows, begun))
     behind = [row.label for row in shown if row.header.waiting]
     whose = f" of {', '.join(behind)}" if len(behind) < len(shown) else ""
-    return replace(matrix, rows=shown, so_far=f"{told} so far{whose}").restricted(common, matrix.part)
+    return replace(matrix, rows=shown, so_far=f"{progress} so far{whose}").restricted(common, matrix.part)
 
 
-def of_dataset(places: Sequence[ResultPaths], asked: str) -> list[ResultPaths]:
+def of_dataset(places: Sequence[ResultPaths], name: str) -> list[ResultPaths]:
     """The results on the data set that a name means: the folder of its results, what tables call it, its
     spec (``folder[root=DIR]``), its label or its plug-in, of which the first that fits counts.
 
     Raises BenchError that lists the data sets where none does.
     """
-    if found := [place for place in places if place.dataset == asked]:
-        return found
+    if matches := [place for place in places if place.dataset == name]:
+        return matches
     headers = dataset_names.headers(places)
-    names, slug = dataset_names.shown(headers), _slug(asked)
+    names, slug = dataset_names.shown(headers), _slug(name)
     ways: tuple[Callable[[ResultPaths], str], ...] = (
         names.__getitem__,
-        lambda place: "" if place.dataset != slug else asked,
+        lambda place: "" if place.dataset != slug else name,
         lambda place: headers[place].dataset.label,
         lambda place: headers[place].dataset.name,
     )
     for called in ways:
-        if found := [place for place in places if called(place) == asked]:
-            return found
-    known = ", ".join(dataset_names.listed(headers))
+        if matches := [place for place in places if called(place) == name]:
+            return matches
+    datasets = ", ".join(dataset_names.listed(headers))
     roots = ", ".join(dict.fromkeys(str(place.root) for place in places))
-    raise BenchError(f"no results of {asked} in {roots}; there are those of {known}")
+    raise BenchError(f"no results of {name} in {roots}; there are those of {datasets}")
 
 
-def of_splits(places: Sequence[ResultPaths], asked: Sequence[str]) -> list[ResultPaths]:
+def of_splits(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
     """The results on these splits; () for all. Raises BenchError that lists those that there are."""
     there = dict.fromkeys(place.split for place in places)
-    if unknown := [split for split in asked if split not in there]:
+    if unknown := [split for split in names if split not in there]:
         raise BenchError(f"no results of split {unknown[0]!r} here; there are {', '.join(there)}")
-    return [place for place in places if place.split in asked or not asked]
+    return [place for place in places if place.split in names or not names]
 
 
-def _slug(asked: str) -> str:
+def _slug(spec: str) -> str:
     """The folder of results on the data set of a spec; "" where it is none, or its files are not there."""
     from retarget_bench.plugins import bound
 
     try:
-        return bound.dataset(asked).slug
+        return bound.dataset(spec).slug
     except BenchError:
         return ""
 
 
 def of_bodies(matrices: Sequence[ResultMatrix], bodies: str = "") -> list[ResultMatrix]:
-    """The cases of one group of bodies, which the data set's name then says; see ``wanted_group``."""
+    """The cases of one group of bodies, which the data set's name then says; see ``group_of_bodies``."""
     parts = [part for matrix in matrices for part in by_bodies(matrix)]
-    wanted = wanted_group([part.bodies for part in parts], bodies)
-    if wanted == "all":
+    group = group_of_bodies([part.bodies for part in parts], bodies)
+    if group == "all":
         return list(matrices)
-    return [replace(part, dataset=f"{part.dataset}: {wanted}") for part in parts if part.bodies == wanted]
+    return [replace(part, dataset=f"{part.dataset}: {group}") for part in parts if part.bodies == group]
 
 
-def wanted_group(there: Sequence[str], bodies: str) -> str:
+def group_of_bodies(there: Sequence[str], bodies: str) -> str:
     """The group of bodies to show out of those that there are: of ``BODIES``, or ``all``.
 
     bodies: what is asked for; "": people, or all where there are none. Raises BenchError where there are
     none of these bodies.
     """
     if bodies not in ("", "all", *there):
-        known = ", ".join(dict.fromkeys(filter(None, there)))
-        known = known or "no groups of bodies: these results are older than those"
-        raise BenchError(f"no case is between bodies of the group {bodies!r}; there are {known}")
+        groups = ", ".join(dict.fromkeys(filter(None, there)))
+        groups = groups or "no groups of bodies: these results are older than those"
+        raise BenchError(f"no case is between bodies of the group {bodies!r}; there are {groups}")
     return bodies or (PEOPLE if PEOPLE in there else "all")
 
 
 def by_bodies(matrix: ResultMatrix) -> list[ResultMatrix]:
     """A matrix for each group of bodies; the matrix itself where results do not say how bodies stand."""
-    found = bodies_of_cases(matrix)
-    if "" in found:
+    groups = bodies_of_cases(matrix)
+    if "" in groups:
         return [matrix]
     return [
-        replace(matrix.restricted(found == group, matrix.part), bodies=group)
+        replace(matrix.restricted(groups == group, matrix.part), bodies=group)
         for group in BODIES
-        if group in found
+        if group in groups
     ]
 
 
@@ -210,10 +210,10 @@ def bodies_of_cases(matrix: ResultMatrix) -> np.ndarray:
     """``(cases,)`` the group of bodies of every case; "" where results do not say how bodies stand."""
     legs: dict[str, str] = {}
     for row in matrix.rows:
-        mine = case_metadata.read(row.paths).legs
-        if not mine:
+        own = case_metadata.read(row.paths).legs
+        if not own:
             return np.full(len(matrix.cases), "", dtype=object)
-        legs |= mine
+        legs |= own
     kinds = {"2": PEOPLE, "4": FOUR_LEGGED}
     pairs: dict[tuple[str, str], str] = {}
     for pair in {(info.source, info.target) for info in matrix.cases}:

@@ -225,8 +225,8 @@ def _draws(clips: int) -> tuple[int, ...]:
 
 def _close(p: np.ndarray) -> np.ndarray:
     """Whether more flips could put p-values on the other side of the level."""
-    found: np.ndarray = (p > ALPHA / 2) & (p < 2 * ALPHA)
-    return found
+    close: np.ndarray = (p > ALPHA / 2) & (p < 2 * ALPHA)
+    return close
 
 
 def _shares(differences: np.ndarray, draws: int, stages: np.ndarray | None = None) -> np.ndarray:
@@ -251,8 +251,8 @@ def _at_least(signs: np.ndarray, differences: np.ndarray, stages: np.ndarray | N
         greatest = np.maximum.accumulate(sizes[:, late_first], axis=1)
         sizes = greatest[:, np.searchsorted(-stages[late_first], -stages, side="right") - 1]
     # flips that give the observed statistic up to rounding count as giving it
-    found: np.ndarray = (sizes >= _statistic(differences) * (1 - 1e-9)).sum(axis=0)
-    return found
+    counts: np.ndarray = (sizes >= _statistic(differences) * (1 - 1e-9)).sum(axis=0)
+    return counts
 
 
 def _statistic(differences: np.ndarray) -> np.ndarray:

@@ -3,8 +3,9 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass, field, fields
+from functools import cache, cached_property
+from itertools import compress
 from typing import TypeVar
 
 import numpy as np
@@ -21,7 +22,7 @@ from retarget_bench.analysis.ranking import (
 )
 from retarget_bench.analysis.selection import PEOPLE, Selection
 from retarget_bench.analysis.statistics import Interval
-from retarget_bench.api import TWO_LEGS
+from retarget_bench.api import TWO_LEGS, CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics, timing
 from retarget_bench.evaluation.set_metrics import SetValue
@@ -37,19 +38,19 @@ PEOPLE_SET = (TWO_LEGS, "")
 
 
 class OnDemand(Mapping[str, T]):
-    """What is known by value id, computed when it is asked for: of a million cases tables show few values.
+    """A mapping by value id that is computed on access: of a million cases tables show few values.
 
-    compute: value id -> what there is of it, or None; it remembers.
+    compute: value id -> its entry, or None; it remembers.
     """
 
     def __init__(self, ids: Iterable[str], compute: Callable[[str], T | None]) -> None:
         self.ids, self.compute = dict.fromkeys(ids), compute
 
     def __getitem__(self, value: str) -> T:
-        found = self.compute(value) if value in self.ids else None
-        if found is None:
+        result = self.compute(value) if value in self.ids else None
+        if result is None:
             raise KeyError(value)
-        return found
+        return result
 
     def __iter__(self) -> Iterator[str]:
         return (value for value in self.ids if value in self)
@@ -110,35 +111,32 @@ class MethodSummary:
         return unranked(self.header)
 
 
-@dataclass
-class SplitSummary:
-    """All methods on one split of one data set, or on one part of it.
+@dataclass(frozen=True, eq=False)
+class SplitSummary(ResultMatrix):
+    """The results of all methods on one split of one data set, or on one part of it, with their means.
 
-    meaning:  what the cases of the split have in common; "" where results do not say it.
-    part:     which group of the cases, or joints, this is; "" for all.
-    bodies:   the group of bodies that it is of, see ``selection.BODIES``; "" where they are not told apart.
+    scores:   of the rows, in their order.
     rankings: value id -> Ranking; values that are descriptions, or curves, have none, and of values of
               sets only those of all people.
-    so_far:   see ``ResultMatrix``.
-    variants: labels of variants of methods that were left out.
-    matrix:   what it was made of.
     """
 
-    dataset: str
-    split: str
-    notes: list[str]
-    scores: list[MethodSummary]
-    pairs: int
-    clips: int
-    frames: int
-    values: dict[str, DeclaredValue] = field(default_factory=dict)
+    scores: tuple[MethodSummary, ...] = ()
     rankings: Mapping[str, Ranking] = field(default_factory=dict)
-    meaning: str = ""
-    part: str = ""
-    bodies: str = ""
-    so_far: str = ""
-    variants: tuple[str, ...] = ()
-    matrix: ResultMatrix | None = field(default=None, repr=False)
+
+    @cached_property
+    def infos(self) -> list[CaseInfo]:
+        """The cases of the split itself, without self pairs that some values pool."""
+        return list(compress(self.cases, self.own.tolist()))
+
+    @property
+    def clip_count(self) -> int:
+        """Number of source clips."""
+        return len({info.clip for info in self.infos})
+
+    @property
+    def pair_count(self) -> int:
+        """Number of pairs of source and target."""
+        return len({(info.source, info.target) for info in self.infos})
 
     def slower(self, score: MethodSummary) -> str:
         """Why the speed of a method is not to be compared with those of the others; "" where it is."""
@@ -152,20 +150,18 @@ class SplitSummary:
 
     def on_cases_of(self, label: str, other: str, values: Iterable[str]) -> dict[str, tuple[Mean, Mean]]:
         """Id of these values -> means of two methods over the cases that both have a number for."""
-        if self.matrix is None:
-            return {}
-        labels = [row.label for row in self.matrix.rows]
+        labels = [row.label for row in self.rows]
         if not {label, other} <= set(labels):
             return {}
         at = [labels.index(label), labels.index(other)]
-        found = {}
+        means_of = {}
         for value in values:
-            numbers = self.matrix.numbers((value, ""))[at]
+            numbers = self.numbers((value, ""))[at]
             numbers[:, np.isnan(numbers).any(axis=0)] = np.nan
-            one, two = means_over_clips(numbers, self.matrix.clips)
+            one, two = means_over_clips(numbers, self.clips)
             if one is not None and two is not None:
-                found[value] = one, two
-        return found
+                means_of[value] = one, two
+        return means_of
 
 
 def split_summaries(
@@ -187,21 +183,22 @@ def split_summaries(
     Numbers on other data, or of another version of a metric, than the newest of a data set are left out.
     Raises BenchError where results lack the metadata of the breakdown, heights, or the durations of cases.
     """
-    found = [in_metres(matrix) if metres else matrix for matrix in result_matrices(places)]
+    matrices = [in_metres(matrix) if metres else matrix for matrix in result_matrices(places)]
     if at_least is not None:
-        found = [matrix for matrix in (lasting(each, at_least) for each in found) if len(matrix.cases)]
-        if not found:
+        matrices = [
+            matrix for matrix in (lasting(each, at_least) for each in matrices) if len(matrix.cases)
+        ]
+        if not matrices:
             raise BenchError(f"no case lasts {at_least} s and has a reference; ask for less")
-    found = found if select is None else select.parts(found)
-    parts = found if by is None else [part for matrix in found for part in breakdown(matrix, by)]
+    matrices = matrices if select is None else select.parts(matrices)
+    parts = matrices if by is None else [part for matrix in matrices for part in breakdown(matrix, by)]
     return [split_summary(part) for part in parts]
 
 
 def split_summary(matrix: ResultMatrix) -> SplitSummary:
     """Means, curves and rankings of all methods of a matrix."""
-    own = [info for info, own in zip(matrix.cases, matrix.own, strict=True) if own]
-    clips = {info.clip for info in own} if matrix.bodies else None
-    known = cache(lambda value: _of_value(matrix, value))
+    clips = {info.clip for info in compress(matrix.cases, matrix.own.tolist())} if matrix.bodies else None
+    of_value = cache(lambda value: _of_value(matrix, value))
     ids = dict.fromkeys(value for value, _ in matrix.keys)
 
     def of_row(row: int) -> MethodSummary:
@@ -210,41 +207,29 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         return MethodSummary(
             label=method.label,
             header=method.header,
-            means=OnDemand(ids, lambda value: known(value).means[row]),
-            curves=OnDemand(ids, lambda value: known(value).curves[row] or None),
-            spread=OnDemand(ids, lambda value: known(value).spreads[row]),
+            means=OnDemand(ids, lambda value: of_value(value).means[row]),
+            curves=OnDemand(ids, lambda value: of_value(value).curves[row] or None),
+            spread=OnDemand(ids, lambda value: of_value(value).spreads[row]),
             fps=timing.rate(times),
             pace=timing.pace(times),
             sets=stored_sets(matrix, method),
         )
 
-    scores = [of_row(row) for row in range(len(matrix.rows))]
+    scores = tuple(of_row(row) for row in range(len(matrix.rows)))
     sets = set_values(row.header for row in matrix.rows)
     of_sets = cache(lambda value: _set_ranking(scores, value, sets[value]))
     return SplitSummary(
-        dataset=matrix.dataset,
-        split=matrix.split,
-        notes=list(matrix.rows[0].header.dataset.notes),
+        **{each.name: getattr(matrix, each.name) for each in fields(ResultMatrix)},
         scores=scores,
-        pairs=len({(info.source, info.target) for info in own}),
-        clips=len({info.clip for info in own}),
-        frames=sum(info.frames for info in own),
-        values=dict(matrix.values),
         rankings=OnDemand(
-            [*ids, *sets], lambda value: of_sets(value) if value in sets else known(value).ranking
+            [*ids, *sets], lambda value: of_sets(value) if value in sets else of_value(value).ranking
         ),
-        meaning=matrix.meaning,
-        part=matrix.part,
-        bodies=matrix.bodies,
-        so_far=matrix.so_far,
-        variants=matrix.variants,
-        matrix=matrix,
     )
 
 
 @dataclass(frozen=True)
 class _OfValue:
-    """What is known of a value: of every row its mean, curve and spread over seeds, and the ranking."""
+    """Mean, curve and spread over seeds of every row by one value, and the ranking."""
 
     means: list[Mean | None]
     curves: list[dict[str, Mean]]
@@ -256,12 +241,10 @@ def _of_value(matrix: ResultMatrix, value: str) -> _OfValue:
     ranked = np.array([not unranked(row.header) for row in matrix.rows])
     never = np.array([bool(never_ranked(row.header.method)) for row in matrix.rows])
     nothing = [None] * len(matrix.rows)
-    found = _OfValue([*nothing], [{} for _ in nothing], [*nothing], None)
+    result = _OfValue([*nothing], [{} for _ in nothing], [*nothing], None)
     for index in [index for key, index in matrix.keys if key == value]:
         numbers = matrix.numbers((value, index))
-        common, among, left_out = common_cases(numbers, ranked)
-        alike = among | never if among.any() else among
-        numbers[alike] = np.where(common, numbers[alike], np.nan)
+        common, among, left_out = common_cases(numbers, ranked, never)
         means = means_over_clips(numbers, matrix.clips)
         if not index:
             spreads = [
@@ -269,11 +252,11 @@ def _of_value(matrix: ResultMatrix, value: str) -> _OfValue:
                 for row, mean, each in zip(matrix.rows, means, among, strict=True)
             ]
             order = ranking(matrix, value, numbers, among, left_out)
-            found = _OfValue(means, found.curves, spreads, order)
+            result = _OfValue(means, result.curves, spreads, order)
         else:
-            for curve, mean in zip(found.curves, means, strict=True):
+            for curve, mean in zip(result.curves, means, strict=True):
                 curve |= {} if mean is None else {index: mean}
-    return found
+    return result
 
 
 def _spread(row: MethodRow, value: str, clips: np.ndarray, common: np.ndarray | np.bool) -> float | None:
@@ -290,10 +273,10 @@ def means_over_clips(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None
     per_clip = statistics.per_clip(numbers, clips)
     counts, filled = (~np.isnan(numbers)).sum(axis=1), (~np.isnan(per_clip)).sum(axis=1)
     totals = np.nansum(per_clip, axis=1)
-    found = statistics.mean_intervals(per_clip)
+    intervals = statistics.mean_intervals(per_clip)
     return [
         Mean(float(total / k), int(n), int(k), interval) if n else None
-        for total, n, k, interval in zip(totals, counts, filled, found, strict=True)
+        for total, n, k, interval in zip(totals, counts, filled, intervals, strict=True)
     ]
 
 
@@ -306,13 +289,13 @@ def stored_sets(matrix: ResultMatrix, row: MethodRow) -> list[SetValue]:
     """
     if matrix.part or matrix.so_far or not row.paths.complete:
         return []
-    found = [each for each in set_metrics.read(row.paths) if each.value_id in row.header.set_values]
-    structures = case_metadata.read(row.paths).structures if matrix.bodies and found else {}
+    values = [each for each in set_metrics.read(row.paths) if each.value_id in row.header.set_values]
+    structures = case_metadata.read(row.paths).structures if matrix.bodies and values else {}
     if not structures:
-        return found
+        return values
     here = {structures.get(target, "") for target in matrix.targets}
     here |= {TWO_LEGS} if matrix.bodies == PEOPLE else set()
-    return [each for each in found if each.structure in here]
+    return [each for each in values if each.structure in here]
 
 
 def of_set(values: Iterable[SetValue], key: str, which: tuple[str, str] = PEOPLE_SET) -> SetValue | None:
@@ -329,8 +312,8 @@ def usual_value(scores: Iterable[MethodSummary], key: str, which: tuple[str, str
     method has any.
     """
     newest_last = sorted(scores, key=lambda score: score.header.date)
-    found = [of_set(score.sets, key, which) for score in newest_last]
-    values = [each for each in found if each is not None and each.value is not None]
+    candidates = [of_set(score.sets, key, which) for score in newest_last]
+    values = [each for each in candidates if each is not None and each.value is not None]
     if not values:
         return SetValue(key, which[0], 0, 0, kind=which[1])
     fresh = [each for each in values if each.network == values[-1].network]

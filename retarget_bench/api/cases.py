@@ -1,4 +1,4 @@
-"""Cases: what a method is asked, and what is known of the right answer."""
+"""Cases: a source motion, a target body, and what is known of the right answer."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

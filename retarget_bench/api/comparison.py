@@ -1,4 +1,4 @@
-"""One prediction beside its case: what all metrics share, computed once."""
+"""A prediction compared with its case: arrays that metrics share, computed once."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -26,14 +26,14 @@ class ContactLabels:
     """Planted joints of the target, by frame.
 
     joints:  ``(contacts,)`` joint indices of the target.
-    planted: ``(frames, contacts)`` bool, what is asked for.
-    found:   ``(frames, contacts)`` bool, the prediction's own labels by speed.
+    planted: ``(frames, contacts)`` bool, those of the case or the reference.
+    predicted: ``(frames, contacts)`` bool, the prediction's own labels by speed.
     pivoting: ``(frames, contacts)`` bool, where the case's labels say so: turns about a resting point.
     """
 
     joints: np.ndarray
     planted: np.ndarray
-    found: np.ndarray
+    predicted: np.ndarray
     pivoting: np.ndarray
 
 
@@ -72,11 +72,11 @@ class Comparison:
             )
         for name, motion in (("source", self.case.source), ("reference", self.case.reference)):
             if motion is not None and motion.frames != self.frames:
-                ours = f"{self.frames} frames"
-                raise BenchError(f"{where}: the prediction has {ours}, the {name} {motion.frames}")
+                own = f"{self.frames} frames"
+                raise BenchError(f"{where}: the prediction has {own}, the {name} {motion.frames}")
             if motion is not None and abs(motion.fps - self.fps) > 1e-3 * self.fps:
-                ours = f"{self.fps:g} frames per second"
-                raise BenchError(f"{where}: the prediction has {ours}, the {name} {motion.fps:g}")
+                own = f"{self.fps:g} frames per second"
+                raise BenchError(f"{where}: the prediction has {own}, the {name} {motion.fps:g}")
         for name, motion in (("prediction", self.prediction), ("reference", self.case.reference)):
             if motion is not None and motion.skeleton.names != self.target.skeleton.names:
                 raise BenchError(f"{where}: the {name} is not a motion of {self.target.name}'s skeleton")
@@ -201,23 +201,23 @@ class Comparison:
         assert contacts is not None
         labels = np.asarray(contacts.planted, dtype=bool)
         pivots = np.zeros_like(labels) if contacts.pivoting is None else np.asarray(contacts.pivoting, bool)
-        for given in (labels, pivots):
-            if given.shape != (self.frames, len(contacts.roles)):
+        for flags in (labels, pivots):
+            if flags.shape != (self.frames, len(contacts.roles)):
                 raise BenchError(
                     f"case {self.case.info.id}: contacts of {len(contacts.roles)} roles need labels "
-                    f"({self.frames}, {len(contacts.roles)}), got {given.shape}"
+                    f"({self.frames}, {len(contacts.roles)}), got {flags.shape}"
                 )
-        known = [k for k, role in enumerate(contacts.roles) if role in self.target.joint_of]
-        if not known:
+        rows = [k for k, role in enumerate(contacts.roles) if role in self.target.joint_of]
+        if not rows:
             return None
-        joints = self.target.joints([contacts.roles[k] for k in known])
-        return self._contact_labels(joints, labels[:, known], pivots[:, known])
+        joints = self.target.joints([contacts.roles[k] for k in rows])
+        return self._contact_labels(joints, labels[:, rows], pivots[:, rows])
 
     def _contact_labels(
         self, joints: Sequence[int], labels: np.ndarray, pivots: np.ndarray
     ) -> ContactLabels:
-        found = planted(self.predicted[:, joints], self.height, self.fps)
-        return ContactLabels(np.asarray(joints), labels, found, pivots)
+        predicted = planted(self.predicted[:, joints], self.height, self.fps)
+        return ContactLabels(np.asarray(joints), labels, predicted, pivots)
 
     @_shared
     def touches(self) -> tuple[Touch, ...]:
@@ -253,7 +253,7 @@ def vertices(motion: Prediction, body: Character) -> np.ndarray | None:
 
 @lru_cache(maxsize=1)
 def _expected(reference: Prediction, body: Character) -> np.ndarray | None:
-    """Of a reference, which many predictions in turn are compared with."""
+    """``vertices`` of a reference, which many predictions in turn are compared with."""
     return immutable(vertices(reference, body))
 
 
@@ -274,11 +274,11 @@ def scored_joints(source: Character, target: Character) -> np.ndarray:
     A target without any role is scored on all its joints.
     """
     body = set(structure_joints(target).tolist())
-    theirs = set(source.skeleton.names)
+    source_names = set(source.skeleton.names)
     shared = (
         joint
         for joint, (name, role) in enumerate(zip(target.skeleton.names, target.roles, strict=True))
-        if (role in source.joint_of if is_finger(role) else role is None and name in theirs)
+        if (role in source.joint_of if is_finger(role) else role is None and name in source_names)
         and not _virtual(name)
     )
     return _indices(sorted(body.union(shared)))
@@ -288,26 +288,26 @@ def scored_joints(source: Character, target: Character) -> np.ndarray:
 def structure_joints(target: Character) -> np.ndarray:
     """The joint set of the papers' position protocols (see ``Comparison.structure_joints``)."""
     parents = target.skeleton.parents.tolist()
-    kept = set()
+    joints = set()
     for joint, role in enumerate(target.roles):
         while is_body(role) and joint >= 0:
-            kept.add(joint)
+            joints.add(joint)
             joint = parents[joint]
     names = target.skeleton.names
-    return _indices([j for j in sorted(kept) if not _virtual(names[j])] or range(len(names)))
+    return _indices([j for j in sorted(joints) if not _virtual(names[j])] or range(len(names)))
 
 
 @lru_cache(maxsize=1024)
 def body_joints(character: Character) -> tuple[int, ...]:
-    """Of these, the joints at and below the hips, the hips first: what learned methods see of a body.
+    """The structure joints at and below the hips, the hips first, as learned methods see a body.
 
     Raises SkeletonError where the character has no hips or nothing below them.
     """
     hips = character.joint_of.get("hips", -1)
     if hips < 0:
         raise SkeletonError(f"no joint of {character.name} is known as hips; name it in a roles file")
-    seen = structure_joints(character).tolist()
-    below = tuple(j for j in seen if j == hips or hips in ancestors(character.skeleton, j))
+    joints = structure_joints(character).tolist()
+    below = tuple(j for j in joints if j == hips or hips in ancestors(character.skeleton, j))
     if len(below) < 2:
         raise SkeletonError(f"{character.name} has no joints below its hips")
     return below

@@ -71,13 +71,13 @@ class Dataset(Protocol):
     def load(self, info: CaseInfo) -> Case: ...
 
 
-def chosen_splits(data: Dataset, asked: Sequence[str]) -> list[str]:
+def chosen_splits(data: Dataset, names: Sequence[str]) -> list[str]:
     """The splits asked for, or all, in the order of the data set. Raises BenchError for one that it has
     not."""
     there = data.card.splits
-    if unknown := [split for split in asked if split not in there]:
+    if unknown := [split for split in names if split not in there]:
         raise BenchError(f"{data.label} has no split {unknown[0]!r}; it has {' and '.join(there)}")
-    return [split for split in there if split in asked or not asked]
+    return [split for split in there if split in names or not names]
 
 
 @runtime_checkable
@@ -104,26 +104,17 @@ Manifest = Mapping[str, Sequence[str]]
 """``characters``, ``structures``, and ``kinds`` or ``clips``: what training had."""
 
 
-@runtime_checkable
-class OffersTraining(Protocol):
+class TrainingDataset(Dataset, Protocol):
+    """A data set that can be trained on. Optional: without these methods it is for tests alone."""
+
     def training(self) -> Cast:
         """All clips to train on, whichever part the cases are of; none of them is in a case of the test or
         of ``validation()``. Empty where there is nothing to train on."""
 
-
-@runtime_checkable
-class OffersValidation(Protocol):
     def validation(self) -> Dataset | None:
         """The validation part: cases that share no clip with the test and none with
         ``training()``, best with characters that ``training()`` does not have."""
 
-
-@runtime_checkable
-class OffersTrainingManifest(Protocol):
     def training_manifest(self) -> Manifest:
         """All that training and its validation have. Weights carry it, so that tables can part what is new
         to them from what is not."""
-
-
-class TrainingDataset(Dataset, OffersTraining, OffersValidation, OffersTrainingManifest, Protocol):
-    """A data set that can be trained on. Optional: without these methods it is for tests alone."""

@@ -1,4 +1,4 @@
-"""Values that nobody can write to: metrics share what they are given, and none may change another's."""
+"""Read-only values: metrics share their inputs, and none may change those of another."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -55,9 +55,9 @@ def _array(array: np.ndarray) -> np.ndarray:
 
 
 def _tuple(values: list[Any] | tuple[Any, ...]) -> tuple[Any, ...]:
-    found = tuple(map(_immutable, values))
-    unchanged = isinstance(values, tuple) and all(a is b for a, b in zip(found, values, strict=True))
-    return values if unchanged else found  # type: ignore[return-value]
+    closed = tuple(map(_immutable, values))
+    unchanged = isinstance(values, tuple) and all(a is b for a, b in zip(closed, values, strict=True))
+    return values if unchanged else closed  # type: ignore[return-value]
 
 
 class _Dict(dict[Any, Any]):
@@ -76,7 +76,7 @@ class _Dict(dict[Any, Any]):
 # --------------------------------------------------------------------------------------------- objects
 @dataclass(frozen=True)
 class _ImmutableSkin:
-    """Makes a mesh that nobody can write to, when it is first asked for."""
+    """Makes a read-only mesh when it is first asked for."""
 
     skin: Callable[[], Mesh]
 
@@ -93,7 +93,7 @@ def _close(value: Any) -> None:
         held["skin"] = _ImmutableSkin(value.skin)
     for name in _computed(type(value)):  # type: ignore[arg-type]
         if name not in held:
-            with suppress(Exception):  # whoever asks for it will be told
+            with suppress(Exception):  # it is raised again where it is asked for
                 getattr(value, name)
     for name, each in held.items():
         if (closed := _immutable(each)) is not each:
@@ -105,5 +105,5 @@ def _close(value: Any) -> None:
 @lru_cache(maxsize=256)
 def _computed(kind: type) -> tuple[str, ...]:
     """The cached properties of a class, but for meshes: they take long, and skins make immutable ones."""
-    found = {n: each for base in kind.__mro__ for n, each in vars(base).items()}
-    return tuple(n for n, each in found.items() if isinstance(each, cached_property) and n != "mesh")
+    attributes = {n: each for base in kind.__mro__ for n, each in vars(base).items()}
+    return tuple(n for n, each in attributes.items() if isinstance(each, cached_property) and n != "mesh")

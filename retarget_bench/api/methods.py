@@ -48,7 +48,7 @@ class MethodCard:
     assets:     files that answers depend on, by name: a parameter's, whose value is the path, or that of a
                 file beside the module. They belong to the key of a result (``plugins/assets.py``).
     trained_on: what has been trained on, out of ``characters``, ``structures``, ``kinds``, ``clips``; None:
-                nothing. The manifest of weights of ours stands before it.
+                nothing. The manifest of weights has precedence.
     """
 
     name: str
@@ -77,7 +77,7 @@ class MethodCard:
 
 @dataclass(frozen=True)
 class Context:
-    """All that a method may know beside the source motion and the target character.
+    """The inputs of a method beside the source motion and the target character.
 
     ground: the case's floor, for post-processors; None for methods, and where it is not known.
     The privileged inputs are None unless the card's ``needs`` names them.

@@ -34,7 +34,7 @@ class Value:
     unit:      ``% of height``, ``m``, ``1``, ...
     better:    ``lower``, ``higher``, ``target`` (best at ``goal``, ranked by |log(value / goal)|) or
                ``none`` (a description, never ranked).
-    tolerance: by how much a value may move before a regression gate says so, in the value's unit.
+    tolerance: how far a value may move before a regression gate fails, in the value's unit.
     needs:     out of ``reference``, ``source``, ``contacts``, ``touches``, ``rotations``, ``mesh``,
                ``ground``; where one is missing the value is *not applicable*. ``mesh``: the target's skin
                is known in the prediction, and in the reference where there is one.
@@ -43,7 +43,7 @@ class Value:
     protocol: of position errors, what fixes the number: the keys of ``protocols.PROTOCOL``. Two protocols
                differ by what these say; ``bench table --protocols`` lists them.
     doubt:     the id of a value, in per cent, that says in how many cases the reference itself is beyond
-               what this value allows; where these are too many, nobody is ranked by it. "": none.
+               what this value allows; where these are too many, no method is ranked by it. "": none.
     least, most: what no number can be below or above; None: what unit and direction say (``bounds``).
     source_formula: of a value that also exists against the source, which needs no reference: its formula
                there; "": there is none. It is computed and stored beside this one (``from_source``).
@@ -163,8 +163,8 @@ class CaseFeatures:
 class Sample:
     """A set of windows. features: ``(n, d)`` float64. clips: ``(n,)`` the source clip of each.
 
-    whole, rows: of a part, the set that it is taken from and the indices of its windows there. What a
-    metric found out about pairs of windows of the whole it need not find out again for its parts.
+    whole, rows: of a part, the set that it is taken from and the indices of its windows there. A
+    metric can reuse there what it computed for pairs of windows of the whole.
     """
 
     features: np.ndarray
@@ -204,7 +204,7 @@ class OwnSets(Protocol):
 
 
 class SetMetric(Protocol):
-    """Compares sets of motions, not motion by motion: FID and its kin.
+    """Compares sets of motions instead of single motions: FID and similar values.
 
     A set is of one split and one target structure, unless the metric has ``OwnSets``.
     ``evaluation/set_metrics`` draws it."""

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import re
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import click
 
-from retarget_bench.commands import declared
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
+from retarget_bench.commands.options import takes
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.options import Names, OfMethods, listed, option
 from retarget_bench.plugins import named
@@ -22,7 +22,7 @@ from retarget_bench.python.progress import progress_bar
 if TYPE_CHECKING:
     from retarget_bench.verification.gate.compare import Criteria
 
-_TOLERANCE = re.compile(r"(?:(?P<name>[^=]+)=)?(?P<number>\d+\.?\d*|\.\d+)\s*(?P<share>%?)")
+_TOLERANCE = re.compile(r"\s*(?:(?P<name>[^=]+)=)??(?P<number>\d+\.?\d*|\.\d+)\s*(?P<share>%?)\s*(?:,|$)")
 
 
 class Options(OfMethods):
@@ -60,7 +60,7 @@ class Options(OfMethods):
 
 
 @click.command("check")
-@declared.takes(Options)
+@takes(Options)
 def command(options: Options) -> int:
     """Check that metrics and methods still give the same numbers.
 
@@ -74,15 +74,15 @@ def command(options: Options) -> int:
     if options.accept and (options.columns or options.worse_only or options.tolerance):
         raise BenchError("--accept takes everything; leave --columns, --worse-only and --tolerance")
     accept, dataset = bool(options.accept), options.dataset
-    asked = _criteria(options)
+    criteria = _criteria(options)
     methods = [str(method_spec(each)) for each in listed(options.methods)]
     folder = options.results or golden.built_in()
     spec = None if dataset is None else named.parse(dataset)
     with TemporaryDirectory(prefix="bench-check-") as scratch:
         try:
             with progress_bar("bench check", "items") as progress:
-                found, now = run.check(
-                    folder, Path(scratch), methods, spec, progress, accept=accept, asked=asked
+                outcome, now = run.check(
+                    folder, Path(scratch), methods, spec, progress, accept=accept, criteria=criteria
                 )
         except (BenchError, click.ClickException):
             raise
@@ -93,51 +93,49 @@ def command(options: Options) -> int:
         if options.summary is not None:
             try:
                 with options.summary.open("a", encoding="utf-8") as file:
-                    file.write(report.markdown(found))
+                    file.write(report.markdown(outcome))
             except OSError as error:
                 raise FileError(options.summary, f"cannot be written ({error.strerror})") from error
-        if not accept or found.verdict == 2:
-            echo(report.text(found, options.all))
+        if not accept or outcome.verdict == 2:
+            echo(report.text(outcome, options.all))
         if not accept:
-            return found.verdict
-        if found.verdict == 0:
+            return outcome.verdict
+        if outcome.verdict == 0:
             echo("Nothing to accept: the golden rows are as they were.")
         else:
-            echo(f"Accepted, and logged in {run.accept(folder, found, now, options.accept)}.")
+            echo(f"Accepted, and logged in {run.accept(folder, outcome, now, options.accept)}.")
     return 0
 
 
-def _criteria(asked: Options) -> Criteria:
-    """The criteria that the options ask for. Raises BenchError for names of no value, and for what is no
-    tolerance."""
+def _criteria(options: Options) -> Criteria:
+    """The criteria of the options. Raises BenchError for names of no value and unreadable tolerances."""
     from retarget_bench.tables import names
     from retarget_bench.verification.gate.compare import Criteria, Tolerance
 
-    if not (asked.columns or asked.tolerance):
-        return Criteria(worse_only=asked.worse_only)
-    known = names.installed()
+    if not (options.columns or options.tolerance):
+        return Criteria(worse_only=options.worse_only)
+    installed = names.installed()
     allowed: dict[str, Tolerance] = {}
-    for each in _single([asked.tolerance] if isinstance(asked.tolerance, str) else asked.tolerance):
-        found = _TOLERANCE.fullmatch(each)
-        if found is None or not (found["name"] or found["share"]):
-            raise BenchError(
-                f"--tolerance takes a share, such as 2%, or that of one value, such as mpjpe=2% or, in its "
-                f"unit, mpjpe=0.1; got {each!r}"
-            )
-        number = float(found["number"])
-        tolerance = Tolerance(0.0, number / 100) if found["share"] else Tolerance(number, 0.0)
-        allowed[names.value_id(found["name"], known) if found["name"] else ""] = tolerance
-    values = names.value_ids(listed(asked.columns), known)
-    if asked.columns and not values:
+    for match in _matches([options.tolerance] if isinstance(options.tolerance, str) else options.tolerance):
+        number = float(match["number"])
+        tolerance = Tolerance(0.0, number / 100) if match["share"] else Tolerance(number, 0.0)
+        allowed[names.value_id(match["name"], installed) if match["name"] else ""] = tolerance
+    values = names.value_ids(listed(options.columns), installed)
+    if options.columns and not values:
         raise BenchError("--columns names no value; leave it out for all of them")
-    return Criteria(frozenset(values), asked.worse_only, allowed)
+    return Criteria(frozenset(values), options.worse_only, allowed)
 
 
-def _single(tolerances: Sequence[str]) -> list[str]:
-    """The tolerances one by one; commas separate them, and stand in labels, too."""
-    found, name = [], ""
-    for part in (part.strip() for text in tolerances for part in text.split(",")):
-        each = f"{name}, {part}" if name else part
-        name = "" if "=" in each or _TOLERANCE.fullmatch(each) else each
-        found += [] if name else [each]
-    return [*found, *([name] if name else [])]
+def _matches(tolerances: Sequence[str]) -> Iterator[re.Match[str]]:
+    """The tolerances one by one. Commas separate them, and labels of values may hold some."""
+    for text in tolerances:
+        start = 0
+        while start < len(text):
+            match = _TOLERANCE.match(text, start)
+            if match is None or not (match["name"] or match["share"]):
+                raise BenchError(
+                    "--tolerance takes a share, such as 2%, or that of one value, such as mpjpe=2% or, in "
+                    f"its unit, mpjpe=0.1; got {text[start:]!r}"
+                )
+            yield match
+            start = match.end()

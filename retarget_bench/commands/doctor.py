@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from pathlib import Path
 
 import click
 
+from retarget_bench.commands import echo
 from retarget_bench.commands.motion_files import MOTION_FILE, MotionFile
-from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
-from retarget_bench.files import check_writable, write_text
+from retarget_bench.files import check_writable, digest, write_text
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.findings import NO_ROLE
 from retarget_bench.motion.importer import Imported
 from retarget_bench.options import declared
 
-_SAID = "\n".join(f"{name}: {each.option.help}" for name, each in declared(Reading).items())
+_READING = "\n".join(f"{name}: {each.help}" for name, each in declared(Reading).items())
 
 
-@click.command("doctor", epilog=f"What can be said in brackets:\n\n\b\n{_SAID}")
+@click.command("doctor", epilog=f"What can be said in brackets:\n\n\b\n{_READING}")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...", type=MOTION_FILE)
 @click.option(
     "--sheet",
@@ -53,17 +52,17 @@ def command(files: tuple[MotionFile, ...], sheet: Path | None, save: Path | None
     unreadable = 0
     for number, file in enumerate(files):
         try:
-            found = load(file.path, file.reading)
+            imported = load(file.path, file.reading)
             if sheet is not None:
-                _draw_roles(sheet, found)
+                _draw_roles(sheet, imported)
             if save is not None:
-                _save(save, found)
+                _save(save, imported)
         except BenchError as error:
             echo(f"bench: {error}", err=True)
             unreadable += 1
         else:
-            echo(("\n" if number else "") + found.findings.text())
-            if (begins := start.find(found.motion)) is not None:
+            echo(("\n" if number else "") + imported.findings.text())
+            if (begins := start.find(imported.motion)) is not None:
                 ways = ", or ".join(f"--{each.replace('=', ' ')}" for each in begins.options)
                 echo(f"\nIn front of the motion {begins}. In bench retarget:\n  {ways}")
             if save is not None:
@@ -71,53 +70,48 @@ def command(files: tuple[MotionFile, ...], sheet: Path | None, save: Path | None
     return 2 if unreadable else 0
 
 
-def _draw_roles(sheet: Path, found: Imported) -> None:
+def _draw_roles(sheet: Path, imported: Imported) -> None:
     from retarget_bench.viewer.clips import write_still
     from retarget_bench.viewer.role_sheet import role_sheet
 
-    write_still(sheet, role_sheet(found))
+    write_still(sheet, role_sheet(imported))
 
 
 # --------------------------------------------------------------------------------------- saved readings
-def _save(path: Path, found: Imported) -> None:
-    """Write how a file is read, over what this wrote for a file of its name and nobody has changed since.
-    Raises BenchError where something else is there."""
-    head = f"# how {found.findings.path.name} is read"
+def _save(path: Path, imported: Imported) -> None:
+    """Write how a file is read. Raises BenchError where the path holds anything but an earlier, unchanged
+    reading of a file of this name."""
+    head = f"# how {imported.findings.path.name} is read"
     if not _may_replace(path, head):
         raise BenchError(
             f"--save would overwrite {path}, which was changed since or is not of "
-            f"{found.findings.path.name}; choose another name, or remove it"
+            f"{imported.findings.path.name}; choose another name, or remove it"
         )
-    body = reading_text(found)
-    write_text(path, f"{head}; written as {_digest(body)}\n{body}")
+    body = reading_text(imported)
+    write_text(path, f"{head}; written as {digest(body, 12)}\n{body}")
 
 
-def reading_text(found: Imported) -> str:
-    """The TOML of what was said of a file and what was found, with all joints in its table of roles: those
-    without a role are "none", with the reason."""
-    said = found.settled.stated
-    lines = [f"{name} = {_value(value)}" for name, value in said.items() if name != "roles"]
+def reading_text(imported: Imported) -> str:
+    """A reading as TOML, with all joints in its table of roles: those without a role are "none", with the
+    reason."""
+    stated = imported.settled.stated
+    lines = [
+        f"{name} = {value if isinstance(value, int | float) else _quoted(str(value))}"
+        for name, value in stated.items()
+        if name != "roles"
+    ]
     lines += ["", "[roles]"]
-    if found.findings.missing:
-        lines.append(f"# no joint is known as {', '.join(found.findings.missing)}")
-    for joint, meaning in found.findings.joints:
+    if imported.findings.missing:
+        lines.append(f"# no joint is known as {', '.join(imported.findings.missing)}")
+    for joint, meaning in imported.findings.joints:
         why = NO_ROLE.get(meaning, "").strip("-? ()")
         lines.append(f"{_quoted(joint)} = " + (f'"none"  # {why}' if why else f'"{meaning}"'))
     return "\n".join(lines) + "\n"
 
 
-def _value(value: object) -> str:
-    return repr(value) if isinstance(value, int | float) else _quoted(str(value))
-
-
 def _quoted(text: str) -> str:
     """A text in quotes of TOML: as JSON quotes it, but that DEL is escaped too."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _digest(body: str) -> str:
-    """By which a reading that somebody has corrected is known."""
-    return hashlib.sha256(body.encode("utf-8", "surrogatepass")).hexdigest()[:12]
 
 
 def _may_replace(path: Path, head: str) -> bool:
@@ -128,4 +122,4 @@ def _may_replace(path: Path, head: str) -> bool:
         return True
     except (OSError, ValueError):
         return False
-    return first == f"{head}; written as {_digest(body)}"
+    return first == f"{head}; written as {digest(body, 12)}"

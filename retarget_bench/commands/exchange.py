@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from retarget_bench.commands import declared, options
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
+from retarget_bench.commands.options import OfResults, plugin_names, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
 from retarget_bench.options import OfSplits, WithData, listed, option
@@ -32,9 +32,9 @@ class ExportOptions(OfSplits):
 
 
 @click.command("export")
-@click.argument("dataset", metavar="DATASET", shell_complete=declared.plugin_names("datasets"))
+@click.argument("dataset", metavar="DATASET", shell_complete=plugin_names("datasets"))
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@declared.takes(ExportOptions)
+@takes(ExportOptions)
 def export(dataset: str, folder: Path, options: ExportOptions) -> None:
     """Write a whole data set, references, labels and training clips included, as files; or its questions.
 
@@ -47,10 +47,10 @@ def export(dataset: str, folder: Path, options: ExportOptions) -> None:
     if options.questions:
         _questions(spec, folder, listed(options.splits))
     else:
-        _whole(spec, folder, options.format)
+        _complete(spec, folder, options.format)
 
 
-def _whole(spec: Spec, folder: Path, form: str) -> None:
+def _complete(spec: Spec, folder: Path, form: str) -> None:
     from retarget_bench.exchange import dataset_export
 
     with progress_bar("bench export", "clips") as progress:
@@ -63,8 +63,6 @@ def _whole(spec: Spec, folder: Path, form: str) -> None:
 
 
 def _questions(spec: Spec, folder: Path, splits: tuple[str, ...]) -> None:
-    from tqdm import tqdm
-
     from retarget_bench.api.datasets import chosen_splits
     from retarget_bench.exchange.case_export import export
 
@@ -72,10 +70,9 @@ def _questions(spec: Spec, folder: Path, splits: tuple[str, ...]) -> None:
     infos = [info for split in chosen_splits(source, splits) for info in source.cases("retarget", split)]
     # where the files lie here says nothing to whoever reads the manifest
     name = Spec(spec.name, {key: value for key, value in spec.parameters.items() if key != "root"})
-    for _ in tqdm(
-        export(source, str(name), infos, folder), total=len(infos), unit="case", leave=False, disable=None
-    ):
-        pass
+    with progress_bar("bench export", "cases") as progress:
+        for done in export(source, str(name), infos, folder):
+            progress(done, len(infos))
     sources = len({(info.source, info.clip) for info in infos})
     targets = len({info.target for info in infos})
     where = "" if spec == name else " --root DIR"
@@ -83,7 +80,7 @@ def _questions(spec: Spec, folder: Path, splits: tuple[str, ...]) -> None:
     echo(f"Write the predictions beside manifest.json; then: bench score {folder}{where} --name METHOD")
 
 
-class SubmitOptions(options.OfResults, WithData):
+class SubmitOptions(OfResults, WithData):
     """``bench submit``."""
 
     make: str = option(
@@ -101,7 +98,7 @@ class SubmitOptions(options.OfResults, WithData):
 
 @click.command("submit")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@declared.takes(SubmitOptions)
+@takes(SubmitOptions)
 def submit(folder: Path, options: SubmitOptions) -> int:
     """Make (--make), check (--check) or show (--board) submissions to a leaderboard.
 
@@ -123,9 +120,9 @@ def _make(folder: Path, places: list[ResultPaths], name: str) -> int:
     from retarget_bench.python.results import Results
     from retarget_bench.results import dataset_names
 
-    mine = Results(places).only(name)
-    headers = dataset_names.headers(mine.places)
-    about = headers[mine.places[0]].method
+    results = Results(places).only(name)
+    headers = dataset_names.headers(results.places)
+    about = headers[results.places[0]].method
     if len(names := dataset_names.listed(headers)) > 1:
         raise BenchError(
             f"there are results of {about.label} on several data sets: {', '.join(names)}. A submission is "
@@ -133,8 +130,8 @@ def _make(folder: Path, places: list[ResultPaths], name: str) -> int:
         )
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BenchError(f"{folder} is not an empty folder; name a new one")
-    text = card.begun(about, timing.rate(timing.read(mine.places[-1])))
-    mine.save(folder)
+    text = card.begun(about, timing.rate(timing.read(results.places[-1])))
+    results.save(folder)
     write_text(folder / card.CARD, text)
     echo(f"wrote {folder}. Fill in {folder / card.CARD}, then: bench submit {folder} --check")
     return 0
@@ -142,15 +139,12 @@ def _make(folder: Path, places: list[ResultPaths], name: str) -> int:
 
 def _check(folder: Path, root: str | None) -> int:
     from retarget_bench.exchange.checking import check
+    from retarget_bench.tables.model import count
 
     errors, warnings = check(folder, root)
-    for level, sentences in (("error", errors), ("warning", warnings)):
-        for sentence in sentences:
-            echo(f"{level}: {sentence}")
-    echo(
-        f"{folder}: "
-        + (f"{len(errors)} error{'s' if len(errors) > 1 else ''}" if errors else "can be submitted")
-    )
+    for line in (*(f"error: {each}" for each in errors), *(f"warning: {each}" for each in warnings)):
+        echo(line)
+    echo(f"{folder}: {count(len(errors), 'error') if errors else 'can be submitted'}")
     return int(bool(errors))
 
 

@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import read_parameters
 
 if TYPE_CHECKING:
     from retarget_bench.motion.files.reading import Reading
-    from retarget_bench.motion.importer import Imported
 
 _BRACKETS = re.compile(r"\[(?=\s*\w+\s*=)")
 
@@ -34,7 +32,7 @@ class MotionFile:
         from retarget_bench.motion.files import split_take
         from retarget_bench.motion.files.reading import Reading
 
-        places = [found.start() for found in _BRACKETS.finditer(text)]
+        places = [match.start() for match in _BRACKETS.finditer(text)]
         if not places or Path(text).exists():
             return cls(Path(text), Reading())
         at = next((each for each in places if split_take(text[:each])[0].exists()), places[0])
@@ -43,15 +41,6 @@ class MotionFile:
             return cls(Path(text[:at]), Reading.of(read_parameters(text[at:], written)))
         except BenchError as error:
             raise BenchError(f"{text[:at]}: {error}") from error
-
-    def load(self, quiet: bool = False) -> Imported:
-        """The file, read; its warnings are printed, or not. Raises BenchError."""
-        from retarget_bench.motion import importer
-
-        found = importer.load(self.path, self.reading)
-        for warning in () if quiet else found.findings.warnings:
-            echo(f"{self.path}: {warning}", err=True)
-        return found
 
 
 class _Type(click.ParamType):

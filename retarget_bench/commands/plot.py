@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,9 +10,9 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import declared, options
+from retarget_bench.commands import echo
 from retarget_bench.commands.motion_files import MotionFile
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands.options import OfResults, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import Names, OfBodies, OfMethods, OfSplits, listed, option
 from retarget_bench.plugins import registry
@@ -24,22 +23,12 @@ if TYPE_CHECKING:
     from retarget_bench.results.result_matrix import ResultMatrix
     from retarget_bench.results.store import ResultPaths
 
-KINDS = {
-    "methods": "mpjpe_h.world",
-    "pairs": "mpjpe_h.world",
-    "growth": "growth.world",
-    "recall": "pan_recall",
-    "levels": "",
-    "attention": "",
-}
-"""Kind of chart -> the value that it shows unless another is named."""
+KINDS = ("methods", "pairs", "growth", "recall", "levels", "attention")
 IN_HEIGHTS = "pan_recall_h"
 """The recall whose thresholds are in heights, which mean the same on every body."""
-LEVELS = ("denoise", "joint-completion")
-"""Tasks whose errors are drawn over their levels."""
 
 
-class Options(options.OfResults, OfMethods, OfSplits, OfBodies):
+class Options(OfResults, OfMethods, OfSplits, OfBodies):
     """``bench plot``."""
 
     out: Path = option("The picture: .pdf, .png or .svg.", letter="o", metavar="FILE")
@@ -63,8 +52,8 @@ class Options(options.OfResults, OfMethods, OfSplits, OfBodies):
 
 
 @click.command("plot")
-@click.argument("kind", type=click.Choice(list(KINDS)))
-@declared.takes(Options)
+@click.argument("kind", type=click.Choice(KINDS))
+@takes(Options)
 def command(kind: str, options: Options) -> None:
     """Draw a chart of results, as .png, .pdf or .svg.
 
@@ -95,149 +84,124 @@ def command(kind: str, options: Options) -> None:
     # colours are by rank among all results, so that they are the same in every picture
     ranked = method_order.ranked(method_order.everything(options.roots))
     page = canvas.Page(canvas.WIDTHS[options.width], not options.no_title, ranked)
-    figure = (
-        _levels(places, options.task, list(ranked))
-        if kind == "levels"
-        else _chart(kind, places, options, list(ranked))
-    )
-    draw(options.out, figure, page)
+    draw(options.out, _chart(kind, places, options, list(ranked)), page)
     echo(f"wrote {options.out}")
 
 
-def _places(asked: Options, task: str) -> list[ResultPaths]:
+def _places(options: Options, task: str) -> list[ResultPaths]:
     """The results asked for, of one data set and, of a task, with the same levels. Raises BenchError where
     there are none, or of several."""
     from retarget_bench.analysis.selection import of_splits
     from retarget_bench.results import dataset_names
 
-    found = asked.places(task)
-    if len(sets := dataset_names.listed(dataset_names.headers(found))) > 1:
+    places = options.places(task)
+    if len(datasets := dataset_names.listed(dataset_names.headers(places))) > 1:
         raise BenchError(
-            f"these are results of several data sets: choose one by -d out of {', '.join(sets)}"
+            f"these are results of several data sets: choose one by -d out of {', '.join(datasets)}"
         )
-    if len(folders := sorted({place.task for place in found})) > 1:
-        found = [place for place in found if place.task == task]
-        if not found:
+    if len(folders := sorted({place.task for place in places})) > 1:
+        places = [place for place in places if place.task == task]
+        if not places:
             raise BenchError(
                 f"these are results of {task} with several sets of levels or motions "
                 f"({', '.join(folders)}): run the one to draw with an --out of its own, and give that"
             )
-    return of_splits(found, listed(asked.splits))
+    return of_splits(places, listed(options.splits))
 
 
-def _chart(kind: str, places: Sequence[ResultPaths], asked: Options, order: Sequence[str]) -> Figure:
-    """A chart of one value, all splits in one figure."""
-    from retarget_bench.figures.data import bodies, lines, rows
-
-    matrices = _matrices(places, asked)
-    if kind == "recall":
-        return lines.recall(matrices, by_height=listed(asked.columns) == (IN_HEIGHTS,), order=order)
-    make = {"methods": rows.ties, "pairs": bodies.pairs, "growth": lines.growth}[kind]
-    names = listed(asked.columns) or (KINDS[kind],)
-    if len(names) > 1:
-        raise BenchError(f"a chart shows one value; --columns names {len(names)}")
-    return make(matrices, _value_id(matrices, names[0]), order=order)
-
-
-def _levels(places: Sequence[ResultPaths], task: str, order: Sequence[str]) -> Figure:
-    """The errors of a task by level; what training had and had not is drawn apart."""
-    from retarget_bench.analysis import seen_unseen
-    from retarget_bench.analysis.selection import Selection
-    from retarget_bench.figures.data import lines
-    from retarget_bench.results.result_matrix import result_matrices
-
-    (matrix,) = map(_titled, Selection(variants=True, apart=False).parts(result_matrices(places)))
-    make = lines.denoise if task == LEVELS[0] else lines.joint_completion
-    return make(matrix, seen_unseen.seen_and_unseen(places, "level"), order)
-
-
-def _matrices(places: Sequence[ResultPaths], asked: Options) -> list[ResultMatrix]:
-    """The results between bodies of one group, without variants of methods unless asked, as in tables."""
+def _chart(kind: str, places: Sequence[ResultPaths], options: Options, order: Sequence[str]) -> Figure:
+    """A chart of one value, all splits in one figure; in levels of a task what training had and had not is
+    drawn apart. As in tables, variants of methods are not shown unless asked for."""
+    from retarget_bench.analysis.seen_unseen import seen_and_unseen
     from retarget_bench.analysis.selection import Selection, of_bodies
+    from retarget_bench.figures.data import bodies, lines, rows
     from retarget_bench.results.result_matrix import result_matrices
 
-    variants = asked.variants or bool(asked.methods)
-    chosen = Selection(variants=variants, apart=False).parts(result_matrices(places))
-    return [_titled(each) for each in of_bodies(chosen, asked.bodies)]
-
-
-def _titled(matrix: ResultMatrix) -> ResultMatrix:
-    """The results with what they lack behind the name of their data set."""
-    return replace(matrix, dataset=f"{matrix.dataset} ({matrix.so_far})") if matrix.so_far else matrix
+    variants = options.variants or bool(options.methods) or kind == "levels"
+    matrices = [
+        replace(each, dataset=f"{each.dataset} ({each.so_far})") if each.so_far else each
+        for each in Selection(variants=variants, apart=False).parts(result_matrices(places))
+    ]
+    if kind == "levels":
+        (matrix,) = matrices
+        draw_levels = lines.denoise if options.task == "denoise" else lines.joint_completion
+        return draw_levels(matrix, seen_and_unseen(places, "level"), order)
+    matrices, columns = of_bodies(matrices, options.bodies), listed(options.columns)
+    if kind == "recall":
+        return lines.recall(matrices, by_height=columns == (IN_HEIGHTS,), order=order)
+    if len(columns) > 1:
+        raise BenchError(f"a chart shows one value; --columns names {len(columns)}")
+    (name,) = columns or ("growth.world" if kind == "growth" else "mpjpe_h.world",)
+    make = {"methods": rows.ties, "pairs": bodies.pairs, "growth": lines.growth}[kind]
+    return make(matrices, _value_id(matrices, name), order=order)
 
 
 def _value_id(matrices: Sequence[ResultMatrix], name: str) -> str:
-    """The id that a value's name stands for; an id that no result has is for the chart to answer.
+    """The id that a value's name stands for; the chart refuses an id that no result has.
 
     Raises BenchError for a value of sets.
     """
     from retarget_bench.tables import names
 
     of_cases, of_sets = names.declared(matrices)
-    known = of_cases | of_sets
-    found = names.value_id(name, known) if names.candidates(name, known) else name
-    if found in of_sets:
-        names.check_of_cases(found, of_cases, of_sets)
-    return found
+    values = of_cases | of_sets
+    value_id = names.value_id(name, values) if names.candidates(name, values) else name
+    if value_id in of_sets:
+        names.check_of_cases(value_id, of_cases, of_sets)
+    return value_id
 
 
 # ------------------------------------------------------------------------------------------ attention
-def _attention(asked: Options) -> None:
+def _attention(options: Options) -> None:
     """Draw what a learned method attends to in the source of a case, or in a motion file."""
-    numbers = asked.out.suffix.lower() == ".csv"
-    if not numbers and asked.out.suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise BenchError(
-            f"{asked.out}: attention is written as .png, .pdf, .svg or .csv; end the name in one"
-        )
-    if len(methods := listed(asked.methods)) != 1 or not asked.source:
+    out = options.out
+    if out.suffix.lower() not in (".png", ".pdf", ".svg", ".csv"):
+        raise BenchError(f"{out}: attention is written as .png, .pdf, .svg or .csv; end the name in one")
+    if len(methods := listed(options.methods)) != 1 or not options.source:
         raise BenchError("name the one method by -m, and whose motion by --source CASE|FILE")
-    times = _times(asked.at)
-    from retarget_bench.evaluation import attention as asking
+    try:
+        seconds = list(map(float, listed(options.at)))
+    except ValueError:
+        raise BenchError(
+            f"--at takes seconds with commas between them, such as 0.5,1,2; got {options.at}"
+        ) from None
+    from retarget_bench.evaluation import attention
     from retarget_bench.figures.plotting import attention as picture
     from retarget_bench.python.plans import method_spec
 
     spec = method_spec(methods[0]).alone
     method = registry.create("methods", spec)
-    motion = _source(asked)
-    found = asking.ask(method, motion, spec.name)
-    frames = asking.frames_at(times, motion)
-    if numbers:
-        asking.write(asked.out, found, motion, frames or range(motion.frames))
+    motion = _source(options)
+    answer = attention.ask(method, motion, spec.name)
+    frames = attention.frames_at(seconds, motion)
+    if out.suffix.lower() == ".csv":
+        attention.write(out, answer, motion, frames or range(motion.frames))
     else:
-        shown = frames or picture.spread(motion.frames)
-        picture.draw(asked.out, found, motion, shown, f"{spec.name}: {asked.source}")
-    echo(f"wrote {asked.out}" + (f"; {found.note}" if found.note else ""))
+        title = f"{spec.name}: {options.source}"
+        picture.draw(out, answer, motion, frames or picture.spread(motion.frames), title)
+    echo(f"wrote {out}" + (f"; {answer.note}" if answer.note else ""))
 
 
-def _times(at: Names) -> list[float]:
-    """Seconds, from ``0.5,1,2``. Raises BenchError."""
-    try:
-        return [float(each) for each in listed(at)]
-    except ValueError:
-        raise BenchError(
-            f"--at takes seconds with commas between them, such as 0.5,1,2; got {at}"
-        ) from None
-
-
-def _source(asked: Options) -> Motion:
+def _source(options: Options) -> Motion:
     """The motion of a file, or the source of a case. Raises BenchError where there is neither, or it has no
     rotations."""
+    from retarget_bench.motion import importer
     from retarget_bench.motion.motion import Motion
     from retarget_bench.plugins import bound, named
     from retarget_bench.viewer import results_library
 
-    file = MotionFile.parse(asked.source)
+    file = MotionFile.parse(options.source)
     if results_library.are_files([str(file.path)]):
-        return file.load().motion
-    data = bound.dataset(named.dataset(asked.dataset or defaults.DATASET)).built
+        imported = importer.load(file.path, file.reading)
+        for warning in imported.findings.warnings:
+            echo(f"{file.path}: {warning}", err=True)
+        return imported.motion
+    data = bound.dataset(named.dataset(options.dataset or defaults.DATASET)).built
     infos = {info.id: info for split in data.card.splits for info in data.cases(defaults.TASK, split)}
-    if asked.source not in infos:
-        near = difflib.get_close_matches(asked.source, infos, 3, 0.5) or list(infos)[:3]
-        hint = f"near it: {', '.join(near)}" if near else "it has no case at all"
-        raise BenchError(f"{data.label} has no case {asked.source!r}; {hint}")
-    source = data.load(infos[asked.source]).source
+    case = results_library.matching(list(infos), options.source)
+    source = data.load(infos[case]).source
     if not isinstance(source, Motion):
         raise BenchError(
-            f"the source of {asked.source} is known by positions only, and has no rotations to attend to"
+            f"the source of {case} is known by positions only, and has no rotations to attend to"
         )
     return source

@@ -3,20 +3,21 @@
 import re
 import textwrap
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import click
 
-from retarget_bench.commands import declared, options
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
+from retarget_bench.commands.options import plugin_names, screen_width, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
 from retarget_bench.options import OptionSet, option
 from retarget_bench.plugins import named, parameters, registry
 from retarget_bench.plugins.spec import Spec
 
-ANY_PLUGIN = declared.plugin_names(*registry.KINDS)
+ANY_PLUGIN = plugin_names(*registry.KINDS)
 TITLES = {
     "methods": "Methods",
     "metrics": "Metrics",
@@ -69,9 +70,7 @@ def section(kind: registry.Kind) -> str:
 
 
 @click.command("info")
-@click.argument(
-    "name", required=False, metavar="[NAME]", shell_complete=declared.plugin_names(*registry.KINDS)
-)
+@click.argument("name", required=False, metavar="[NAME]", shell_complete=plugin_names(*registry.KINDS))
 def info(name: str | None) -> None:
     """Show what a method, metric, data set or post-processor is, its parameters, how values are defined.
 
@@ -100,23 +99,23 @@ def _described(name: str) -> list[list[str]]:
     """
     from retarget_bench.tables import names
 
-    text, known = registry.spelled(name), names.installed()
+    text, installed = registry.spelled(name), names.installed()
     try:
         spec = named.parse(text)
         kinds = registry.kinds_of(spec.name)
     except BenchError:
-        if not (found := names.candidates(name, known)):
+        if not (value_ids := names.candidates(name, installed)):
             plugins = [entry.name for kind in registry.KINDS for entry in registry.names(kind)]
-            if meant := names.close(name, known, plugins, cutoff=0.7):
+            if meant := names.close(name, installed, plugins, cutoff=0.7):
                 raise BenchError(
                     f"nothing is called {name!r}; did you mean {' or '.join(meant)}?"
                 ) from None
             raise
-        return [_value_of(known[key].metric, key) for key in found]
-    asked = [(kind, spec.alone) for kind in kinds]
+        return [_value_of(installed[key].metric, key) for key in value_ids]
+    parts = [(kind, spec.alone) for kind in kinds]
     if spec.posts:
-        asked = [("methods", spec.alone), *(("posts", post) for post in spec.posts)]
-    return [description(kind, each) for kind, each in asked]
+        parts = [("methods", spec.alone), *(("posts", post) for post in spec.posts)]
+    return [description(kind, each) for kind, each in parts]
 
 
 def _value_of(metric: str, value_id: str) -> list[str]:
@@ -162,10 +161,10 @@ def _assets(spec: Spec) -> list[str]:
     lines = []
     for name, asset in method_card(method).assets.items():
         try:
-            found = f"sha256 {asset_hash(asset_path(method, name))[:12]}..."
+            state = f"sha256 {asset_hash(asset_path(method, name))[:12]}..."
         except BenchError as error:
-            found = str(error)
-        lines += _wrapped(f"{asset.what} ({name}): {found}", "needs ")
+            state = str(error)
+        lines += _wrapped(f"{asset.what} ({name}): {state}", "needs ")
     return lines
 
 
@@ -174,10 +173,10 @@ def _worse(spec: Spec) -> list[str]:
     from retarget_bench.python import known
 
     try:
-        found = known.worse(spec)
+        comparisons = known.worse(spec)
     except BenchError:
         return []
-    return [line for each in found for line in _wrapped(each.sentence)]
+    return [line for each in comparisons for line in _wrapped(each.sentence)]
 
 
 def _card(kind: registry.Kind, spec: Spec, factory: Any) -> Any:
@@ -195,8 +194,8 @@ def _weights(factory: Any, spec: Spec) -> list[str]:
     from retarget_bench.training import weights
     from retarget_bench.training.card_text import described
 
-    asked = spec.parameters.get("weights")
-    names = [str(asked)] if asked else list(factory.shipped())
+    weights_asked = spec.parameters.get("weights")
+    names = [str(weights_asked)] if weights_asked else list(factory.shipped())
     if not names:
         return ["", f"Weights: none are shipped; bench train {spec.name} makes some"]
     lines = []
@@ -226,7 +225,7 @@ def _wrapped(text: str, start: str = "", rest: str | None = None) -> list[str]:
     """A text on lines that fit the screen. rest: before all but the first; by default two spaces more than
     ``start`` has."""
     rest = " " * (2 + len(start) - len(start.lstrip())) if rest is None else rest
-    wide = options.screen_width()
+    wide = screen_width()
     lines = textwrap.wrap(text, wide, initial_indent=start, subsequent_indent=rest, break_on_hyphens=False)
     return lines or [start.rstrip()]
 
@@ -236,17 +235,17 @@ def _fitted(text: str) -> list[str]:
 
     An entry begins with a name and a colon, as parameters do, or with a hyphen.
     """
-    found = []
+    fitted = []
     for part in re.split(r"\n(?=[ ]*(?:\n|- |[\w`, ]{1,30}: ))", text):
         lines = part.splitlines()
-        if max(map(len, lines), default=0) > options.screen_width():
+        if max(map(len, lines), default=0) > screen_width():
             first, *others = [line for line in lines if line]
             start, rest = map(_indent, [first, *others, "    "][:2])
-            found += [""] * (not lines[0])
-            found += _wrapped(" ".join(line.strip() for line in (first, *others)), start, rest)
+            fitted += [""] * (not lines[0])
+            fitted += _wrapped(" ".join(line.strip() for line in (first, *others)), start, rest)
         else:
-            found += lines or [""]
-    return found
+            fitted += lines or [""]
+    return fitted
 
 
 def _indent(line: str) -> str:
@@ -263,15 +262,14 @@ class NewOptions(OptionSet):
 @click.command("new")
 @click.argument("kind", type=click.Choice(list(KINDS)), metavar="|".join(KINDS))
 @click.argument("name", metavar="NAME")
-@declared.takes(NewOptions)
+@takes(NewOptions)
 def new(kind: str, name: str, options: NewOptions) -> None:
     """Start a method, metric, data set or post-processor from a template that already runs.
 
     Writes NAME.py here; with --package a folder NAME; with --worker also NAME_code.py, which needs numpy
     alone, and NAME_worker.py, which runs it. Nothing that exists is overwritten.
     """
-    package, worker = options.package, options.worker
-    if worker and (package or kind != "method"):
+    if options.worker and (options.package or kind != "method"):
         raise BenchError("--worker is for methods, and not for packages")
     if not _NAME.fullmatch(name):
         raise BenchError(
@@ -279,42 +277,57 @@ def new(kind: str, name: str, options: NewOptions) -> None:
         )
     if taken := [entry for entry in registry.names(KINDS[kind]) if entry.name == name]:
         raise BenchError(f"{taken[0]} has this name already; choose another one")
-    if package:
-        _write_package(kind, name)
-        steps = [f"pip install --no-deps -e {name}", f"bench test {name}"]
-    elif worker:
-        _write_worker(name)
-        steps = []
+    spec, steps = f"{name}.py", [f"bench test {name}.py"]
+    if options.package:
+        texts = _package(kind, name)
+        spec, steps = name, [f"pip install --no-deps -e {name}", f"bench test {name}"]
+    elif options.worker:
+        texts, steps = _worker(name), []
     else:
-        _write_all({Path(f"{name}.py"): plugin_source(kind, name)})
-        steps = [f"bench test {name}.py"]
-    called = name if package else f"{name}.py"
-    if kind == "method":
-        steps.append(f"bench run {called} copy_rotations")
-    if kind == "metric":
-        steps.append(f"bench run ik --metrics {called}")
-    if kind == "post":
-        steps.append(f"bench run copy_rotations+{called}")
+        texts = {Path(spec): plugin_source(kind, name)}
+    if existing := [path for path in ([Path(name)] if options.package else texts) if path.exists()]:
+        raise BenchError(f"{existing[0]} exists already; nothing was written")
+    for path, text in texts.items():
+        write_text(path, text)
+        echo(f"wrote {path}")
+    runs = {
+        "method": f"bench run {spec} copy_rotations",
+        "metric": f"bench run ik --metrics {spec}",
+        "post": f"bench run copy_rotations+{spec}",
+    }
+    steps += [runs[kind]] if kind in runs else []
     echo("Now change what it does, and then:\n" + "\n".join(f"  {step}" for step in steps))
 
 
 def plugin_source(kind: str, name: str) -> str:
     """The template of a kind with its names replaced: ``my_method`` and ``MyMethod``."""
-    text = (TEMPLATES / f"{kind}.py").read_text(encoding="utf-8")
     class_name = "".join(part.capitalize() for part in name.split("_"))
-    return text.replace(f"my_{kind}", name).replace(f"My{kind.capitalize()}", class_name)
+    return _template(f"{kind}.py", {f"my_{kind}": name, f"My{kind.capitalize()}": class_name})
 
 
-def _write_worker(name: str) -> None:
+def _template(file: str, words: Mapping[str, str]) -> str:
+    """A template with each of these words replaced."""
+    text = (TEMPLATES / file).read_text(encoding="utf-8")
+    for word, replacement in words.items():
+        text = text.replace(word, replacement)
+    return text
+
+
+def _worker(name: str) -> dict[Path, str]:
+    """A method, its code, and the loop by which that code answers in another Python."""
     from retarget_bench.evaluation import prediction
 
-    loop = Path(prediction.__file__).with_name("numpy_worker.py")
-    texts = {"": plugin_source("worker", name), "_code": plugin_source("worker_code", name)}
-    texts["_worker"] = loop.read_text(encoding="utf-8")
-    _write_all({Path(f"{name}{part}.py"): text for part, text in texts.items()})
+    return {
+        Path(f"{name}.py"): plugin_source("worker", name),
+        Path(f"{name}_code.py"): plugin_source("worker_code", name),
+        Path(f"{name}_worker.py"): Path(prediction.__file__)
+        .with_name("numpy_worker.py")
+        .read_text(encoding="utf-8"),
+    }
 
 
-def _write_package(kind: str, name: str) -> None:
+def _package(kind: str, name: str) -> dict[Path, str]:
+    """The files of a package with one plug-in."""
     words = {
         "my-plugin": name.replace("_", "-"),
         "my_plugin": name,
@@ -322,31 +335,11 @@ def _write_package(kind: str, name: str) -> None:
         "my_singular": registry.SINGULAR[KINDS[kind]],
         '"methods"': f'"{KINDS[kind]}"',
     }
-
-    def filled(template: str) -> str:
-        text = (TEMPLATES / "package" / template).read_text(encoding="utf-8")
-        for word, meant in words.items():
-            text = text.replace(word, meant)
-        return text
-
-    folder = Path(name)
-    if folder.exists():
-        raise BenchError(f"{folder} exists already; nothing was written")
-    _write_all(
-        {
-            folder / "pyproject.toml": filled("pyproject.toml"),
-            folder / "README.md": filled("README.md"),
-            folder / f"retarget_bench_{name}" / "__init__.py": plugin_source(kind, name),
-            folder / f"retarget_bench_{name}" / "assets" / "README.md": filled("ASSETS.md"),
-            folder / "tests" / f"test_{name}.py": filled("test_plugin.py"),
-        }
-    )
-
-
-def _write_all(texts: dict[Path, str]) -> None:
-    """Write new files, or none if one is there already."""
-    if existing := [path for path in texts if path.exists()]:
-        raise BenchError(f"{existing[0]} exists already; nothing was written")
-    for path, text in texts.items():
-        write_text(path, text)
-        echo(f"wrote {path}")
+    code = Path(name) / f"retarget_bench_{name}"
+    return {
+        Path(name) / "pyproject.toml": _template("package/pyproject.toml", words),
+        Path(name) / "README.md": _template("package/README.md", words),
+        code / "__init__.py": plugin_source(kind, name),
+        code / "assets" / "README.md": _template("package/ASSETS.md", words),
+        Path(name) / "tests" / f"test_{name}.py": _template("package/test_plugin.py", words),
+    }

@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import declared, options
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
+from retarget_bench.commands.options import OfResults, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import Names, OfMethods, WithData, listed, option
 from retarget_bench.plugins import named
@@ -20,6 +20,7 @@ from retarget_bench.plugins import named
 if TYPE_CHECKING:
     from PIL.Image import Image
 
+    from retarget_bench.results.store import ResultPaths
     from retarget_bench.viewer.renderer import DrawingStyle
     from retarget_bench.viewer.scene import Scene
 
@@ -29,7 +30,7 @@ FASTEST = 30.0
 """Pictures per second of a clip, unless more are asked for."""
 
 
-class Options(options.OfResults, OfMethods, WithData):
+class Options(OfResults, OfMethods, WithData):
     """``bench render``."""
 
     out: Path = option(
@@ -69,7 +70,7 @@ class Options(options.OfResults, OfMethods, WithData):
 
 @click.command("render")
 @click.argument("names", nargs=-1, required=True, metavar="CASE|FILE...")
-@declared.takes(Options)
+@takes(Options)
 def command(names: tuple[str, ...], options: Options) -> None:
     """Write a clip, a still or a sheet of a case of stored results, or of motion files; no display needed.
 
@@ -100,8 +101,8 @@ def command(names: tuple[str, ...], options: Options) -> None:
         written = write_clip(out, scene, style, frames, options.fps or min(scene.fps, FASTEST))
     for figure in scene.figures:
         if figure.message:
-            said = figure.message if figure.status == "ok" else f"{figure.status}: {figure.message}"
-            echo(f"{figure.label}: {said}", err=True)
+            message = figure.message if figure.status == "ok" else f"{figure.status}: {figure.message}"
+            echo(f"{figure.label}: {message}", err=True)
     echo(f"wrote {out}: {written}")
 
 
@@ -121,7 +122,8 @@ def chosen(scene: Scene, start: float, end: float | None, fps: float | None) -> 
 def _still(
     output: Path, scene: Scene, style: DrawingStyle, frames: Sequence[int], number: int | None
 ) -> str:
-    """number: of the frame, from 1; the middle one where it is not given. Raises BenchError for none."""
+    """Write one frame. number: of the frame, from 1; None: the middle one. Raises BenchError where there is
+    no such frame."""
     from retarget_bench.viewer import clips
     from retarget_bench.viewer.drawing import Drawing
 
@@ -168,29 +170,26 @@ def write_clip(output: Path, scene: Scene, style: DrawingStyle, frames: Sequence
     )
 
 
-# what is shown
-def scene_of(names: Sequence[str], asked: Options) -> Scene:
-    """The scene of a case, or of files, that a command's words describe. Raises BenchError."""
-    from retarget_bench.viewer import results_library, scene_builder
+# -------------------------------------------------------------------------------------- what is shown
+def scene_of(names: Sequence[str], options: Options) -> Scene:
+    """The scene of a case or of files. Raises BenchError."""
+    from retarget_bench.figures import method_order
+    from retarget_bench.viewer import results_library
 
-    methods, hidden = listed(asked.methods), listed(asked.hide)
-    if not asked.ask:  # that of a method that is asked may have parameters
-        options.check_task(asked.task)
+    methods, hidden = listed(options.methods), listed(options.hide)
     if unknown := [each for each in hidden if each not in ("source", "reference")]:
         raise BenchError(f"--hide leaves out source or reference; got {unknown[0]!r}")
     if results_library.are_files(names):
-        found = _of_files(names, asked.root)
+        scene = _of_files(names, options.root)
     elif len(names) != 1:
         raise BenchError("one case is shown at a time; give one, or motion files")
-    elif asked.ask:
-        found = _answered(names[0], methods, asked)
+    elif options.ask:
+        scene = _answered(names[0], methods, options)
     else:
-        places = results_library.results(asked.roots, asked.task, asked.only, methods)
-        having, case_id = results_library.case(places, names[0])
-        found = scene_builder.of_case(having, case_id, dataset=_moved(having, asked.root))
-        found = replace(found, colours=results_library.colours(asked.roots))
-    shown = [figure for figure in found.figures if figure.part not in hidden]
-    return replace(found, figures=tuple(shown))
+        places = options.places(options.task)
+        places = method_order.of_methods(places, methods) if methods else places
+        scene = _of_results(*results_library.case(places, names[0]), options.roots, options.root)
+    return replace(scene, figures=tuple(each for each in scene.figures if each.part not in hidden))
 
 
 def _of_files(names: Sequence[str], root: str | None) -> Scene:
@@ -201,33 +200,30 @@ def _of_files(names: Sequence[str], root: str | None) -> Scene:
     stored = [each for path in paths if (each := results_library.place_of(path)) is not None]
     places = [place for place, _ in stored]
     if len(places) == len(paths) and len({case for _, case in stored}) == 1:
-        found = scene_builder.of_case(places, stored[0][1], dataset=_moved(places, root))
-        return replace(found, colours=results_library.colours({place.root for place in places}))
+        return _of_results(places, stored[0][1], [place.root for place in places], root)
     return scene_builder.of_files(paths)
 
 
-def _answered(name: str, methods: Sequence[str], asked: Options) -> Scene:
-    """A case of a data set with what methods answer now."""
-    from retarget_bench.evaluation import plan, tasks
-    from retarget_bench.plugins import bound
+def _of_results(places: Sequence[ResultPaths], case: str, roots: Sequence[Path], root: str | None) -> Scene:
+    """A case of stored results, in the colours of all results under ``roots``. root: where its data lie
+    now, if not as usual."""
+    from retarget_bench.viewer import results_library, scene_builder
+
+    stored = results_library.read_stored(places[0]).dataset
+    moved = None if root is None else stored.with_parameters(root=root)
+    scene = scene_builder.of_case(places, case, dataset=moved)
+    return replace(scene, colours=results_library.colours(roots))
+
+
+def _answered(name: str, methods: Sequence[str], options: Options) -> Scene:
+    """A case of a data set with new answers of methods."""
+    from retarget_bench.evaluation import tasks
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.python.plans import method_spec
-    from retarget_bench.viewer import results_library, scene_builder
+    from retarget_bench.viewer import scene_builder
 
     if not methods:
         raise BenchError("say which methods to ask: --ask -m METHOD")
-    spec = named.dataset(asked.dataset or defaults.DATASET, asked.root)
-    task = tasks.canonical(Spec.parse(asked.task))
-    data = plan.data_of(bound.dataset(spec), str(task))
-    ids = [info.id for split in data.card.splits for info in data.cases(task.name, split)]
-    case = results_library.matching(ids, name)
-    return scene_builder.of_case_asked(spec, None, case, list(map(method_spec, methods)), task=str(task))
-
-
-def _moved(places: Sequence[Any], root: str | None) -> Any:
-    """The data set of results, at the place where its data lie now; None where that was not said."""
-    from retarget_bench.viewer import results_library
-
-    if root is None:
-        return None
-    return results_library.read_stored(places[0]).dataset.with_parameters(root=root)
+    data = named.dataset(options.dataset or defaults.DATASET, options.root)
+    task = tasks.canonical(Spec.parse(options.task))
+    return scene_builder.of_case_asked(data, name, list(map(method_spec, methods)), task=str(task))

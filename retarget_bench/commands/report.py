@@ -2,27 +2,27 @@
 
 import click
 
-from retarget_bench.commands import declared, options
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
+from retarget_bench.commands.options import OfResults, takes
 from retarget_bench.options import option
 from retarget_bench.report.writing import ReportOptions
 
 
-class Options(options.OfResults, ReportOptions):
+class Options(OfResults, ReportOptions):
     """``bench report``."""
 
     task: str = option("Only results of this task.", default="")
 
 
 @click.command("report")
-@declared.takes(Options)
+@takes(Options)
 def command(options: Options) -> None:
     """Make one page of results that opens from disk: tables, charts, and the motion behind every number."""
     from retarget_bench.report import writing
     from retarget_bench.tables.model import count
 
     shown = writing.write(options, options.roots, task=options.task or None, dataset=options.only)
-    told = f", with {count(len(shown.scenes), 'case')} in motion" if shown.scenes else ""
-    echo(f"wrote {options.page} ({options.page.stat().st_size / 1e6:.1f} MB{told})")
+    in_motion = f", with {count(len(shown.scenes), 'case')} in motion" if shown.scenes else ""
+    echo(f"wrote {options.page} ({options.page.stat().st_size / 1e6:.1f} MB{in_motion})")
     for note in shown.notes:
         echo(f"- {note}")

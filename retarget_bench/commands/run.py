@@ -1,4 +1,12 @@
-"""``bench run``: methods on a data set, scored, as a table. ``bench score``: predictions made elsewhere."""
+"""``bench run``: methods on a data set, scored, as a table. ``bench score``: predictions made elsewhere.
+
+A run may be written down as a suite, a TOML file with the options of ``bench run`` in the same words::
+
+    methods = ["copy_rotations[root_rule=height]", "ik"]
+    dataset = "mixamo"
+    root = "PATH/TO/mixamo"
+    splits = ["cross"]
+"""
 
 import json
 import shlex
@@ -9,18 +17,17 @@ from typing import Any
 import click
 
 from retarget_bench import defaults, files
-from retarget_bench.commands import declared, options
-from retarget_bench.commands.suite import suite_option
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
+from retarget_bench.commands.options import plugin_names, say, screen_width, takes, unbroken
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.settings import Stage
-from retarget_bench.options import listed, option
+from retarget_bench.options import declared, listed, option
 from retarget_bench.plugins import named
 from retarget_bench.python.progress import progress_bar
 from retarget_bench.python.run_options import RunOptions
 
 MANIFEST = "manifest.json"
-NAMED = 3
+MOST_NAMES = 3
 """So many methods at most are named beside a progress bar."""
 
 
@@ -32,10 +39,44 @@ class Options(RunOptions):
     )
 
 
+def read_suite(path: Path) -> dict[str, Any]:
+    """The options that a suite file sets. Raises FileError that lists every mistake with its place."""
+    fields = {name: each for name, each in declared(RunOptions).items() if not each.python}
+    entries, mistakes = files.read_toml(path), []
+    for name, value in entries.items():
+        try:
+            if name not in fields:
+                raise BenchError(f"{name}: there is no such option")
+            fields[name].check(value)
+        except BenchError as error:
+            mistakes.append(f"\n  {error}")
+    if mistakes:
+        raise FileError(path, f"is not a suite file (it may set {', '.join(fields)}):{''.join(mistakes)}")
+    return {
+        name: [value] if fields[name].several and isinstance(value, str) else value
+        for name, value in entries.items()
+    }
+
+
+def _used(ctx: click.Context, param: click.Parameter, path: Path | None) -> None:
+    """Use a suite file as the defaults of the other options, so that options of the command line win."""
+    del param
+    if path is not None:
+        ctx.default_map = {**(ctx.default_map or {}), **read_suite(path)}
+
+
 @click.command("run")
-@options.methods_argument("[METHOD]...")
-@suite_option
-@declared.takes(Options, "methods")
+@click.argument("methods", nargs=-1, metavar="[METHOD]...", shell_complete=plugin_names("methods"))
+@click.option(
+    "--suite",
+    metavar="FILE",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    is_eager=True,
+    expose_value=False,
+    callback=_used,
+    help="A TOML file with options of this command in the same words; options given here win.",
+)
+@takes(Options, "methods")
 def command(options: Options) -> None:
     """Run methods on a data set, score them, and print the table.
 
@@ -62,7 +103,7 @@ def _say_predictions(places: Sequence[Any], plan: Any) -> None:
             first = json.loads(notes[0].read_text(encoding="utf-8"))
             echo(f"  {len(notes)} cases without one; the first: {first['status']}, {first['message']}")
     if plan.clips or plan.limit:
-        options.say("These are of some clips; a run without --clips and --limit makes the others.")
+        say("These are of some clips; a run without --clips and --limit makes the others.")
 
 
 def _show(places: list[Any], out: Path, *, variants: bool) -> None:
@@ -71,21 +112,21 @@ def _show(places: list[Any], out: Path, *, variants: bool) -> None:
     from retarget_bench.tables.rendering import text
 
     task = places[0].kind
-    made = requested.tables(places, requested.Request(variants=variants))
-    echo(text(made, columns=options.screen_width()), nl=False)
+    tables = requested.tables(places, requested.Request(variants=variants))
+    echo(text(tables, columns=screen_width()), nl=False)
     if not all(place.complete for place in places):
-        options.say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
+        say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
         return
     there = [] if out == Path(defaults.OUT) else ["-r", out]
     of = [] if task == defaults.TASK else ["--task", task]
-    columns = [column for table in made for column in table.columns if column.split]
+    columns = [column for table in tables for column in table.columns if column.split]
     split = f"-s {columns[0].split}; " if columns else ""
-    more = [f"{options.command('bench table', *there, *of)} ({split}--all; --notes)"]
-    ranked = [row.label for table in made for group in table.groups for row in group.ranked]
+    more = [f"{unbroken('bench table', *there, *of)} ({split}--all; --notes)"]
+    ranked = [row.label for table in tables for group in table.groups for row in group.ranked]
     if len(ranked) > 1 and not of:
         two = " ".join(shlex.quote(label) for label in ranked[:2])
-        more.append(options.command("bench compare", two, *there))
-    options.say(f"More: {', '.join([*more, options.command('bench report', *there)])}.")
+        more.append(unbroken("bench compare", two, *there))
+    say(f"More: {', '.join([*more, unbroken('bench report', *there)])}.")
 
 
 _SCORED_WITH = ("dataset", "root", "splits", "metrics", "task", "overwrite", "out", "jobs")
@@ -94,7 +135,7 @@ _SCORED_WITH = ("dataset", "root", "splits", "metrics", "task", "overwrite", "ou
 @click.command("score")
 @click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @click.option("--name", metavar="NAME", help="What tables call the method. [default: the folder's name]")
-@declared.takes(RunOptions, only=_SCORED_WITH)
+@takes(RunOptions, only=_SCORED_WITH)
 def score(folder: Path, name: str | None, options: RunOptions) -> None:
     """Score predictions that another program made: a FOLDER of motions.
 
@@ -113,10 +154,9 @@ def score(folder: Path, name: str | None, options: RunOptions) -> None:
 
 
 def _manifest(folder: Path, splits: Sequence[str]) -> dict[str, Any]:
-    """The data set that the cases were exported from, and those of the splits asked for, or of all, that
-    they are of.
+    """The data set of an export, and its splits, or those of them that were requested.
 
-    Raises BenchError where they are of none of them.
+    Raises BenchError where none of the requested splits has a case.
     """
     path = folder / MANIFEST
     if not path.exists():
@@ -148,4 +188,4 @@ def carry_out(plan: Any, what: str, *, timed: bool = False) -> list[Any]:
 def _named(plan: Any) -> str:
     """The methods of a plan; their number where they are many."""
     names = list(map(str, plan.methods))
-    return ", ".join(names) if len(names) <= NAMED else f"({len(names)} methods)"
+    return ", ".join(names) if len(names) <= MOST_NAMES else f"({len(names)} methods)"

@@ -7,15 +7,13 @@ from typing import Any, Literal
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import declared, options
+from retarget_bench.commands.options import OfResults, ToFile, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import listed, option
 from retarget_bench.tables.requested import Request
 
-FORMATS = ("text", "md", "tex", "html", "csv", "json")
 
-
-class Options(options.ToFile, options.OfResults, Request):
+class Options(ToFile, OfResults, Request):
     """``bench table``."""
 
     task: str = option("Results of this task, as bench run --task made them.", default=defaults.TASK)
@@ -41,32 +39,37 @@ class Options(options.ToFile, options.OfResults, Request):
 
 
 @click.command("table")
-@declared.takes(Options)
+@takes(Options)
 def command(options: Options) -> None:
     """Print the table of results.
 
     MPJPE, contact recall and FID on all splits, for people; -s SPLIT has more columns of one. While
     a run is going on, the cases that all methods have done.
     """
-    from retarget_bench.tables import requested
+    from retarget_bench.tables import rendering, requested
 
-    form = options.form(options.format, FORMATS)
+    form = options.form
     if options.protocols:
         options.write(_protocols(options, form))
         return
     if options.paper:
-        made: Sequence[Any] = [_published(options)]
+        tables: Sequence[Any] = [_published(options)]
     elif options.task == "probe":
-        asked = replace(options, all=options.all or not options.columns)
-        made = requested.tables(
-            asked.places("probe", "results of probes", "bench test METHOD --probes"), asked, form
-        )
+        request = replace(options, all=options.all or not options.columns)
+        tables = requested.tables(options.places("probe"), request, form)
     else:
-        made = requested.tables(options.places(options.task), options, form)
-    options.write(_drawn(made, form, options))
+        tables = requested.tables(options.places(options.task), options, form)
+    if form == "text":
+        text = rendering.text(tables, options.intervals, notes=options.notes, columns=options.width)
+    elif form == "md":
+        text = rendering.markdown(tables, options.intervals, notes=options.notes)
+    else:
+        renderers = rendering.WITH_INTERVALS if options.intervals else rendering.RENDERERS
+        text = renderers[form](tables)
+    options.write(text)
 
 
-def _published(asked: Options) -> Any:
+def _published(options: Options) -> Any:
     """A published table with the results of its task that lie in these folders, if there are any."""
     from retarget_bench.analysis.selection import of_dataset
     from retarget_bench.results import store
@@ -74,66 +77,49 @@ def _published(asked: Options) -> Any:
     from retarget_bench.tables.published.printed import published
 
     own = ("columns", "all", "splits", "by", "at_least", "against", "unit")
-    if given := [name for name in own if getattr(asked, name)]:
-        words = ", ".join(f"--{name.replace('_', '-')}" for name in given)
-        raise BenchError(f"--paper has columns and splits of its own; leave {words} out")
-    table = published(asked.paper)
-    if missing := [root for root in asked.results if not root.is_dir()]:
+    if stated := [f"--{name.replace('_', '-')}" for name in own if getattr(options, name)]:
+        raise BenchError(f"--paper has columns and splits of its own; leave {', '.join(stated)} out")
+    table = published(options.paper)
+    if missing := [root for root in options.results if not root.is_dir()]:
         raise BenchError(f"there is no folder {missing[0]}")
-    places = [place for root in asked.roots for place in store.find_results(root, table.task)]
-    if places and asked.only is not None:
-        places = of_dataset(places, asked.only)
-    select = replace(asked, variants=True).selection(defaults.TASK)
-    return joined(table, places, select, asked.bodies)
+    places = [place for root in options.roots for place in store.find_results(root, table.task)]
+    if places and options.only is not None:
+        places = of_dataset(places, options.only)
+    return joined(table, places, replace(options, variants=True).selection(defaults.TASK), options.bodies)
 
 
-def _protocols(asked: Options, form: str) -> str:
+def _protocols(options: Options, form: str) -> str:
     """For each method and split: the number under every protocol, the factor between protocols as measured
     case by case, and its reasons (squared or not, height, axes, joints, alignment, self pairs, unit). A
     factor that is not the same in every case cannot turn one published number into another."""
     from retarget_bench.analysis import protocol_factors
     from retarget_bench.analysis.selection import label_of, of_splits, unknown
     from retarget_bench.results.result_matrix import result_matrices
-    from retarget_bench.tables import rendering
 
     if form not in ("text", "md"):
         raise BenchError(f"protocols are compared as text or md, not as {form}")
-    places = asked.places()
-    splits = {place.split for place in of_splits(places, listed(asked.splits))}
-    found = [(matrix, row) for matrix in result_matrices(places) for row in matrix.rows]
-    labels = {row.label for _, row in found}
-    wanted = {name: label_of(name, labels) for name in listed(asked.methods)}
-    if strangers := [name for name, label in wanted.items() if label is None]:
+    places = options.places()
+    splits = {place.split for place in of_splits(places, listed(options.splits))}
+    rows = [(matrix, row) for matrix in result_matrices(places) for row in matrix.rows]
+    labels = {row.label for _, row in rows}
+    methods = {name: label_of(name, labels) for name in listed(options.methods)}
+    if strangers := [name for name, label in methods.items() if label is None]:
         raise unknown(labels, strangers[0])
-    width = options.screen_width() if asked.out is None else rendering.WIDTH
-    pages, refused = [], []
-    for matrix, row in found:
-        if matrix.split not in splits or (wanted and row.label not in wanted.values()):
+    pages, problems = [], []
+    for matrix, row in rows:
+        if matrix.split not in splits or (methods and row.label not in methods.values()):
             continue
         for seed in range(len(row.runs)):
             try:
                 page = protocol_factors.explain(matrix, row, seed)
-                factors = protocol_factors.chosen(page, listed(asked.columns), every=asked.all)
-                pages.append(
-                    protocol_factors.markdown(page, factors)
-                    if form == "md"
-                    else protocol_factors.text(page, factors, width)
-                )
+                factors = protocol_factors.chosen(page, listed(options.columns), every=options.all)
             except BenchError as error:
-                refused.append(error)
+                problems.append(error)
+                continue
+            if form == "md":
+                pages.append(protocol_factors.markdown(page, factors))
+            else:
+                pages.append(protocol_factors.text(page, factors, options.width))
     if not pages:
-        raise refused[0]
+        raise problems[0]
     return "\n".join(pages)
-
-
-def _drawn(made: Sequence[Any], form: str, asked: Options) -> str:
-    """The tables in a format; text that is printed here is as wide as the terminal."""
-    from retarget_bench.tables import rendering
-
-    if form == "text":
-        width = options.screen_width() if asked.out is None else rendering.WIDTH
-        return rendering.text(made, asked.intervals, notes=asked.notes, columns=width)
-    if form == "md":
-        return rendering.markdown(made, asked.intervals, notes=asked.notes)
-    renderers = rendering.WITH_INTERVALS if asked.intervals else rendering.RENDERERS
-    return renderers[form](made)

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import declared
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
+from retarget_bench.commands.options import plugin_names, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import Names, OfSplits, listed, option
 from retarget_bench.plugins import named, registry
 from retarget_bench.plugins.spec import Spec
 
 if TYPE_CHECKING:
-    from retarget_bench.api import CaseInfo, Dataset
+    from retarget_bench.api import Case, CaseInfo, Dataset
     from retarget_bench.results.store import ResultPaths
-    from retarget_bench.verification.probe.asking import Reply, Subject
+    from retarget_bench.verification.probe.asking import Reply
 
-ANY_PLUGIN = declared.plugin_names(*registry.KINDS)
+ANY_PLUGIN = plugin_names(*registry.KINDS)
 EVERYTHING = "all"
 
 
@@ -50,7 +50,7 @@ class TestOptions(OfSplits):
 
 @click.command("test")
 @click.argument("plugins", metavar="NAME...", nargs=-1, required=True, shell_complete=ANY_PLUGIN)
-@declared.takes(TestOptions)
+@takes(TestOptions)
 def command(plugins: tuple[str, ...], options: TestOptions) -> int:
     """Check that a plug-in keeps its contract: a line per check, exit status 1 if one fails.
 
@@ -102,22 +102,22 @@ def _probed(methods: Sequence[Spec], asked: TestOptions) -> int:
     probes = list(PROBES) if EVERYTHING in names else [known[name] for name in names]
     specs = [registry.canonical("methods", spec) for spec in methods]
     data = registry.canonical("datasets", named.parse(asked.dataset))
-    subjects, groups = _of_dataset(data, listed(asked.splits), asked.limit)
+    cases, groups = _of_dataset(data, listed(asked.splits), asked.limit)
     from tqdm import tqdm
 
     from retarget_bench.plugins import bound
     from retarget_bench.verification.probe.asking import ask
 
-    with tqdm(total=len(specs) * len(subjects), desc="bench test", unit="case", leave=False) as bar:
+    with tqdm(total=len(specs) * len(cases), desc="bench test", unit="case", leave=False) as bar:
         answers = {
-            spec: ask(bound.method(spec).built, str(spec), subjects, groups, probes, bar.update)
+            spec: ask(bound.method(spec).built, str(spec), cases, groups, probes, bar.update)
             for spec in specs
         }
     return int(_report(answers, data, asked.out))
 
 
-Questions = tuple[list["Subject"], list[list["Subject"]]]
-"""Subjects of the probes, and groups for the dependence on the source."""
+Questions = tuple[list["Case"], list[list["Case"]]]
+"""Plain cases of the probes, and groups for the dependence on the source."""
 
 
 def _of_dataset(spec: Spec, splits: Sequence[str], cases: int) -> Questions:
@@ -136,14 +136,13 @@ def _of_dataset(spec: Spec, splits: Sequence[str], cases: int) -> Questions:
     return _loaded(data, spread(infos, cases)), [group for group in loaded if group]
 
 
-def _loaded(data: Dataset, infos: Sequence[CaseInfo]) -> list[Subject]:
-    from retarget_bench.verification.probe.asking import Subject, subject
+def _loaded(data: Dataset, infos: Sequence[CaseInfo]) -> list[Case]:
+    from retarget_bench.verification.probe.asking import plain
 
-    loaded = ((info, data.load(info)) for info in infos)
-    found = [subject(info, case.source, case.target) for info, case in loaded]
-    if reasons := [each for each in found if isinstance(each, str)]:
-        echo(f"{len(reasons)} of {len(found)} cases cannot be asked: {reasons[0]}", err=True)
-    return [each for each in found if isinstance(each, Subject)]
+    cases = [plain(data.load(info)) for info in infos]
+    if reasons := [each for each in cases if isinstance(each, str)]:
+        echo(f"{len(reasons)} of {len(cases)} cases cannot be asked: {reasons[0]}", err=True)
+    return [each for each in cases if not isinstance(each, str)]
 
 
 def _report(answers: dict[Spec, list[Reply]], data: Spec, out: Path) -> bool:

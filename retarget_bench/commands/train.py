@@ -6,15 +6,15 @@ import os
 import shlex
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import declared, run
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo, run
+from retarget_bench.commands.options import plugin_names, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
 from retarget_bench.options import Names, option
@@ -51,13 +51,13 @@ class Options(TrainingSettings):
 
     @property
     def datasets(self) -> Sequence[str]:
-        """The data sets as they were given; of one that is given twice, both."""
+        """The data sets as they were named, repeated ones included."""
         return [self.dataset] if isinstance(self.dataset, str) else self.dataset
 
 
 @click.command("train")
-@click.argument("method", required=False, shell_complete=declared.plugin_names("methods"))
-@declared.takes(Options)
+@click.argument("method", required=False, shell_complete=plugin_names("methods"))
+@takes(Options)
 def command(method: str | None, options: Options) -> int:
     """Train METHOD on the training motion of data sets, and keep the weights that validate best.
 
@@ -77,43 +77,42 @@ def command(method: str | None, options: Options) -> int:
         raise BenchError("say which METHOD to train, or --resume -o DIR to go on with a run")
     spec = named.parse(method) if method else None
     if spec is not None and _is_metric_of_sets(spec.name):
-        from retarget_bench.commands import feature_networks
-
-        return feature_networks.train(spec, named.dataset(_one(options), options.root), options)
+        _train_feature_networks(spec, named.dataset(_one(options), options.root), options)
+        return 0
     from retarget_bench.training import parallel
     from retarget_bench.training.train import TrainingOptions, train
 
     settings = {each.name: getattr(options, each.name) for each in fields(TrainingSettings)}
-    asked = TrainingOptions(spec, _data(options.datasets, options.root), **settings)
+    training = TrainingOptions(spec, _data(options.datasets, options.root), **settings)
     with closing(ConsoleReporter()) as reporter:
         try:
-            done = train(asked, reporter)
+            result = train(training, reporter)
         except KeyboardInterrupt:
             reporter.close()
-            echo(f"bench: interrupted{_how_to_go_on(asked)}", err=True)
+            echo(f"bench: interrupted{_how_to_go_on(training)}", err=True)
             return 130
         except BenchError as error:
             parallel.record(error)
             raise
     if os.environ.get("RANK", "0") == "0":  # the first process, see training/parallel.py
-        echo(_ending(done))
+        echo(_ending(result))
     return 0
 
 
 def _is_metric_of_sets(name: str) -> bool:
-    """Whether a name is no method's, as ``nkn`` is, but that of a metric with feature networks."""
+    """True for a metric with feature networks, unless a method has its name, as ``nkn`` does."""
     methods, metrics = ({each.name for each in registry.names(kind)} for kind in ("methods", "metrics"))
     return name not in methods and name in metrics and bool(bound.metrics((name,)).of_sets)
 
 
-def _one(asked: Options) -> str:
+def _one(options: Options) -> str:
     """The one data set that is named. Raises BenchError for none or several."""
-    if len(datasets := asked.datasets) != 1:
+    if len(datasets := options.datasets) != 1:
         raise BenchError("name one data set: -d DATASET")
     return datasets[0]
 
 
-def _prepare(asked: Options) -> int:
+def _prepare(options: Options) -> int:
     """Make the training motion and training pairs of a data set and keep them in the cache folder.
 
     Training makes what it needs by itself; this does it beforehand. Interrupted, it goes on where it
@@ -123,15 +122,70 @@ def _prepare(asked: Options) -> int:
     from retarget_bench.motion.bvh.catalogue import some
     from retarget_bench.training.prepare import prepare
 
-    spec, total = registry.canonical("datasets", named.dataset(_one(asked), asked.root)), 0
+    spec, total = registry.canonical("datasets", named.dataset(_one(options), options.root)), 0
     unusable: list[str] = []
     with progress_bar("bench train --prepare", "items") as progress:
-        for done, total in prepare(spec, asked.jobs, unusable):
+        for done, total in prepare(spec, options.jobs, unusable):
             progress(done, total)
     if unusable:
         echo(f"left out: {len(unusable)} clips: {some(unusable, 10)}")
     echo(f"{spec}: {total} bodies and groups of pairs are in {cache_folder()}")
     return 0
+
+
+def _train_feature_networks(metric: Spec, spec: Spec, options: Options) -> None:
+    """Train the feature network of every structure of a data set on its training motion, and the one of all
+    bodies on two legs.
+
+    Each is an autoencoder of 64-frame windows, written as half-precision weights and a card that says what
+    it was trained on and how. The card's hash stands beside every FID. Test clips are never used.
+    metric: its ``structure`` is the only one to train for. Raises BenchError.
+    """
+    from tqdm import tqdm
+
+    from retarget_bench.api import TWO_LEGS
+    from retarget_bench.training.config import Budget
+    from retarget_bench.training.features import data as features
+    from retarget_bench.training.features import network
+    from retarget_bench.training.features.train import CONFIG_OF_TWO_LEGS, FeatureTrainingConfig, train
+
+    if unknown := sorted(set(metric.parameters) - {"structure"}):
+        raise BenchError(f"{metric}: networks are trained by structure, not by {unknown[0]}")
+    steps = Budget.parse(options.budget).steps if options.budget else None
+    if steps == 0:
+        raise BenchError(
+            f"a budget of {options.budget} is one of time; networks are trained by steps: 20000it"
+        )
+    data, folder = bound.dataset(spec).built, options.out or network.own_folder()
+    for source in features.sources(data, [str(each) for each in metric.parameters.values()]):
+        config = CONFIG_OF_TWO_LEGS if source.structure == TWO_LEGS else FeatureTrainingConfig()
+        config = replace(config, seed=options.seed or 0, steps=config.steps if steps is None else steps)
+        with progress_bar(f"motion for {source.structure}", "bodies") as progress:
+            clips = features.gather(spec, source, options.jobs, progress)
+        facts = {
+            "dataset": str(spec),
+            "content": data.content,
+            "trained_on": source.lender,
+            "joints": list(source.joints),
+            "characters": list(features.performers(data, source)),
+        }
+        if source.borrowed:
+            facts["note"] = (
+                f"no motion of structure {source.structure} was used; its joints are those of "
+                f"{source.lender} that lie nearest in the reference pose"
+            )
+        with tqdm(total=config.steps, desc=source.structure, unit="step", leave=False, disable=None) as bar:
+
+            def show(step: int, loss: float, bar: Any = bar) -> None:
+                bar.update(step - bar.n)
+                bar.set_postfix_str(f"loss {loss:.3f}", refresh=False)
+
+            card = train(source, clips, facts, folder, config, show).card
+        last, lent = card["loss"][-1], f" (motion of {card['trained_on']})" if source.borrowed else ""
+        echo(
+            f"{card['structure']}{lent}: {card['windows']} windows, loss {last['train']:g}, validation "
+            f"{last['validation']:g}, {card['seconds']} s, {card['hash']} in {folder}"
+        )
 
 
 def _data(datasets: Sequence[str], root: str | None) -> Spec | None:
@@ -169,30 +223,27 @@ class ConsoleReporter:
         self._count("validation", "case", done, total)
 
     def _count(self, what: str, unit: str, done: int, total: int) -> None:
-        from tqdm import tqdm
-
         if self._bar is None:
-            self._bar = tqdm(total=total, desc=what, unit=unit, leave=False, disable=None)
+            self._open(what, unit, total)
         self._bar.update(done - self._bar.n)
         if done == total:
             self.close()
 
-    def began(self, asked: Request, at: Checkpoint) -> None:
+    def _open(self, what: str, unit: str, total: int | None, initial: int = 0) -> None:
         from tqdm import tqdm
 
         self.close()
-        limit = asked.limit
-        self._timed = bool(limit.seconds)
+        self._bar = tqdm(total=total, initial=initial, desc=what, unit=unit, leave=False, disable=None)
+
+    def began(self, request: Request, at: Checkpoint) -> None:
         if at.step:
             self.say(f"continuing from step {at.step}")
-        self._bar = tqdm(
-            total=round(limit.seconds) if self._timed else limit.steps,
-            initial=round(at.seconds) if self._timed else at.step,
-            desc=asked.method,
-            unit="s" if self._timed else "step",
-            leave=False,
-            disable=None,
-        )
+        if seconds := request.limit.seconds:
+            self._timed = True
+            self._open(request.method, "s", round(seconds), round(at.seconds))
+        else:
+            self._timed = False
+            self._open(request.method, "step", request.limit.steps, at.step)
 
     def show(self, status: TrainingStatus) -> None:
         from retarget_bench.training.card_text import hours
@@ -235,31 +286,31 @@ def _scores(scores: Any) -> str:
     return ", ".join(f"{split} {each}" for split, each in numbers.items()) + " % of height"
 
 
-def _how_to_go_on(asked: TrainingOptions) -> str:
+def _how_to_go_on(training: TrainingOptions) -> str:
     from retarget_bench.training import checkpoint
     from retarget_bench.training.train import folder_of
 
-    if not (folder_of(asked) / checkpoint.NAME).exists():
+    if not (folder_of(training) / checkpoint.NAME).exists():
         return " before the first checkpoint; there is nothing to go on from."
-    where = f" -o {asked.out}" if asked.out else ""
-    method = f" '{named.written(asked.method)}'" if asked.method else ""
+    where = f" -o {training.out}" if training.out else ""
+    method = f" '{named.written(training.method)}'" if training.method else ""
     return f". bench train{method} --resume{where} goes on from the last checkpoint."
 
 
-def _ending(done: TrainingResult) -> str:
+def _ending(result: TrainingResult) -> str:
     from retarget_bench.training.card_text import hours
     from retarget_bench.training.joint_datasets import tested
     from retarget_bench.training.request import without_places
 
-    method = named.parse(done.asked.method).with_parameters(weights=str(done.folder))
-    data = tested(named.parse(done.asked.dataset))
+    method = named.parse(result.run.method).with_parameters(weights=str(result.folder))
+    data = tested(named.parse(result.run.dataset))
     root = data.parameters.get("root") if data else None
     where = f" --root {shlex.quote(str(root))}" if root else ""
     on = f"'{named.written(named.parse(without_places(str(data))))}'{where}" if data else "DATASET"
-    best = done.at.best
-    found = f"best at step {best.step}: {_scores(best.scores)}" if best else "the last weights are kept"
+    best = result.at.best
+    outcome = f"best at step {best.step}: {_scores(best.scores)}" if best else "the last weights are kept"
     return (
-        f"{done.asked.method}: {done.at.step} steps in {hours(done.at.seconds)}; {found}.\n"
+        f"{result.run.method}: {result.at.step} steps in {hours(result.at.seconds)}; {outcome}.\n"
         f"Use them: bench run '{named.written(method)}' -d {on}"
     )
 
@@ -290,9 +341,9 @@ class AblationOptions(TrainingSettings):
 
 
 @click.command("ablate")
-@click.argument("method", shell_complete=declared.plugin_names("methods"))
+@click.argument("method", shell_complete=plugin_names("methods"))
 @click.argument("table")
-@declared.takes(
+@takes(
     AblationOptions,
     only=("dataset", "test", "preset", "budget", "out", "seed", "device", "jobs"),
 )
@@ -317,7 +368,7 @@ def ablate(method: str, table: str, options: AblationOptions) -> None:
     ablations.check(ablation, tested)
     # "" for no budget of one's own: a folder that was trained under one must not pass for this
     preset, seed, out = options.preset or "default", options.seed or 0, options.out
-    asked = TrainingOptions(
+    shared = TrainingOptions(
         spec,
         data,
         preset=preset,
@@ -327,13 +378,13 @@ def ablate(method: str, table: str, options: AblationOptions) -> None:
         device=options.device,
     )
     with closing(ConsoleReporter()) as reporter:
-        trained = ablations.train_rows(ablation, asked, out, reporter)
-    wanted = ablations.plan_of(ablation, trained, tested, out / "results", options.jobs)
-    run.carry_out(wanted, "bench ablate")
+        trained = ablations.train_rows(ablation, shared, out, reporter)
+    plan = ablations.plan_of(ablation, trained, tested, out / "results", options.jobs)
+    run.carry_out(plan, "bench ablate")
     budget = f"budget {options.budget}, " if options.budget else ""
     recipe = f"preset {preset}, {budget}seed {seed}"
-    made = ablations.table(ablation, trained, wanted, bound.dataset(data).built.label.strip(), recipe)
-    echo(WITH_INTERVALS["text"]([made]), nl=False)
+    table_made = ablations.table(ablation, trained, plan, bound.dataset(data).built.label.strip(), recipe)
+    echo(WITH_INTERVALS["text"]([table_made]), nl=False)
     for ending in ("md", "tex", "html", "csv"):
-        write_text(out / f"{spec.name}-{table}.{ending}", WITH_INTERVALS[ending]([made]))
+        write_text(out / f"{spec.name}-{table}.{ending}", WITH_INTERVALS[ending]([table_made]))
     echo(f"wrote {out / f'{spec.name}-{table}'}.md, .tex, .html and .csv")

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands import declared, options
-from retarget_bench.commands.options import check_task
-from retarget_bench.commands.terminal import echo
+from retarget_bench.commands import echo
+from retarget_bench.commands.options import OfResults, check_task, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import OfMethods, WithData, listed, option
 
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 PORT = 8080
 
 
-class Options(options.OfResults, OfMethods, WithData):
+class Options(OfResults, OfMethods, WithData):
     """``bench view``."""
 
     task: str = option("Results of this task.", default=defaults.TASK)
@@ -33,7 +32,7 @@ class Options(options.OfResults, OfMethods, WithData):
 
 @click.command("view")
 @click.argument("sources", nargs=-1, metavar="[SOURCE]...")
-@declared.takes(Options)
+@takes(Options)
 def command(sources: tuple[str, ...], options: Options) -> None:
     """Show motion live in the browser: played, scrubbed, turned, side by side or overlaid.
 
@@ -63,42 +62,36 @@ def command(sources: tuple[str, ...], options: Options) -> None:
         window.stop()
 
 
-def _case_list(sources: Sequence[str], asked: Options) -> tuple[CaseList, str | None]:
-    """The cases that are asked for, and the first to show. Raises BenchError where there is nothing."""
+def _case_list(sources: Sequence[str], options: Options) -> tuple[CaseList, str | None]:
+    """The requested cases, and the first to show: of results, or of files as they are, a stored prediction
+    with its case. Raises BenchError where there are none."""
     from retarget_bench.viewer import results_library
     from retarget_bench.viewer.scene_builder import CaseList
 
-    folders = [Path(source) for source in sources if Path(source).is_dir()]
+    paths = [Path(source) for source in sources]
+    folders = [path for path in paths if path.is_dir()]
     if sources and not folders and results_library.are_files(sources):
-        return _of_files([Path(source) for source in sources], asked.root)
+        if len(paths) == 1 and (stored := results_library.place_of(paths[0])) is not None:
+            place, case = stored
+            return CaseList([place.root], place.task, place.dataset, root=options.root), case
+        case_list = CaseList(files=paths)
+        case_list.scene("")  # says now what is wrong with them
+        return case_list, None
     names = [source for source in sources if not Path(source).is_dir()]
     if len(names) > 1 or (names and folders):
         raise BenchError("give folders of results, or one case, or motion files")
-    roots = folders or asked.roots
-    case_list = CaseList(roots, asked.task, asked.only, listed(asked.methods), root=asked.root)
-    there = case_list.refresh()
-    if case_list.problem and not there:
+    roots = folders or options.roots
+    case_list = CaseList(roots, options.task, options.only, listed(options.methods), root=options.root)
+    cases = case_list.refresh()
+    if case_list.problem and not cases:
         raise BenchError(case_list.problem)
-    if not there and not any(folder.is_dir() for folder in roots):
+    if not cases and not any(folder.is_dir() for folder in roots):
         raise BenchError(f"there is no folder {', '.join(map(str, roots))}; bench run makes one")
-    return case_list, results_library.matching(there, names[0]) if names else None
-
-
-def _of_files(files: Sequence[Path], root: str | None) -> tuple[CaseList, str | None]:
-    """Files as they are; a stored prediction with its case."""
-    from retarget_bench.viewer import results_library
-    from retarget_bench.viewer.scene_builder import CaseList
-
-    if len(files) == 1 and (stored := results_library.place_of(files[0])) is not None:
-        place, case = stored
-        return CaseList([place.root], place.task, place.dataset, root=root), case
-    case_list = CaseList(files=files)
-    case_list.scene("")  # says now what is wrong with them
-    return case_list, None
+    return case_list, results_library.matching(cases, names[0]) if names else None
 
 
 def _free(port: int) -> None:
-    """Raises BenchError where somebody else listens at a port."""
+    """Raises BenchError where another program listens at a port."""
     import socket
 
     from retarget_bench.viewer.live import HOST
@@ -115,7 +108,7 @@ def _free(port: int) -> None:
 
 
 def _open(url: str) -> None:
-    """The page in a browser, where there is a screen to show it on."""
+    """Open the page in a browser, where there is a display."""
     import os
     import sys
     import webbrowser

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from retarget_bench.commands import declared
+from retarget_bench.commands.options import takes
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.settings import Settings
 from retarget_bench.python.progress import progress_bar
@@ -13,7 +13,7 @@ from retarget_bench.python.progress import progress_bar
 @click.command("work")
 @click.argument("plan", metavar="PLAN", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @click.argument("shards", metavar="SHARD...", nargs=-1, required=True, type=click.IntRange(0))
-@declared.takes(Settings, only=("jobs",))
+@takes(Settings, only=("jobs",))
 def command(plan: Path, shards: tuple[int, ...], options: Settings) -> None:
     """Carry out shards of a stored plan: what they lack is computed and written beside the plan.
 

@@ -1,4 +1,4 @@
-"""Calls of metrics and data sets in this process: whatever they do wrong is told in a sentence, in time."""
+"""Calls of metrics and data sets with a time limit; every fault of theirs becomes a sentence."""
 
 import signal
 import threading
@@ -23,7 +23,7 @@ _ends = [float("inf")]
 
 
 class Fault(BenchError):
-    """What a plug-in did wrong, where it did not say so itself."""
+    """A fault that a plug-in did not report itself."""
 
 
 class _Late(BaseException):
@@ -31,22 +31,22 @@ class _Late(BaseException):
 
 
 def attempt(ask: Callable[[], T], seconds: float, name: str) -> T:
-    """What a plug-in answers. Raises its own BenchError, and Fault for whatever else becomes of it.
+    """Call a plug-in within a time limit. Raises its own BenchError, and Fault for any other end.
 
     name: of what is asked, which is asked no more in this process after it was late ``PATIENCE`` times in a
     row. A call can be interrupted in the first thread of a process alone, and while it runs Python; see
     ``overdue`` for others.
     """
-    late = 0
+    times = 0
     if _late_times[name] >= PATIENCE:
         raise Fault(f"no answer in time, {PATIENCE} times in a row; it was asked no more")
     try:
-        return _within(seconds, lambda: _told(ask))
+        return _within(seconds, lambda: _faulted(ask))
     except _Late:
-        late = _late_times[name] + 1
+        times = _late_times[name] + 1
         raise Fault(f"no answer within {seconds:g} s") from None
     finally:
-        _late_times[name] = late
+        _late_times[name] = times
 
 
 def sentence(error: BaseException) -> str:
@@ -54,9 +54,9 @@ def sentence(error: BaseException) -> str:
     return text(error if isinstance(error, BenchError) else one_line(error))
 
 
-def kind(given: object) -> str:
-    """What a plug-in gave in place of something else, in words."""
-    return f"an object of type {type(given).__name__}"
+def kind(value: object) -> str:
+    """The type of a wrong value of a plug-in, in words."""
+    return f"an object of type {type(value).__name__}"
 
 
 def overdue() -> bool:
@@ -64,7 +64,7 @@ def overdue() -> bool:
     return time.monotonic() > _ends[0] + GRACE
 
 
-def _told(ask: Callable[[], T]) -> T:
+def _faulted(ask: Callable[[], T]) -> T:
     try:
         return ask()
     except (BenchError, KeyboardInterrupt, _Late):

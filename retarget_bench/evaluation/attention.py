@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.api import Method
-from retarget_bench.api.optional import OffersAttention
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.files import spreadsheet, write_text
 from retarget_bench.motion.motion import Motion
@@ -45,41 +44,41 @@ def ask(method: Method, source: Motion, name: str) -> Attention:
     """The attention of a method to a motion; name: of the method, for messages.
 
     Raises NotSupported where it does not say, and BenchError where what it says is none of that."""
-    if not isinstance(method, OffersAttention):
+    if not hasattr(method, "attention"):
         raise NotSupported(f"{name} does not say what it attends to; pan does")
     if why := method.supports(source.character, source.character):
         raise NotSupported(f"{name}: {why}")
     if not source.frames:
         raise BenchError(f"there is no frame in the motion of {source.character.name}")
-    said = method.attention(source.copy())
+    answer = method.attention(source.copy())
     try:
-        found = Attention(
-            tuple(said["parts"]),
-            np.asarray(said["joints"], dtype=np.int64),
-            np.asarray(said["sees"], dtype=bool),
-            np.asarray(said["weights"], dtype=np.float64),
-            str(said.get("note", "")),
+        attention = Attention(
+            tuple(answer["parts"]),
+            np.asarray(answer["joints"], dtype=np.int64),
+            np.asarray(answer["sees"], dtype=bool),
+            np.asarray(answer["weights"], dtype=np.float64),
+            str(answer.get("note", "")),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise BenchError(f"{name} does not say its attention as Attention wants it: {error!r}") from None
-    if wrong := _wrong(found, source):
+    if wrong := _wrong(attention, source):
         raise BenchError(f"{name} says something else than attention: {wrong}")
-    return found
+    return attention
 
 
-def _wrong(found: Attention, source: Motion) -> str:
+def _wrong(attention: Attention, source: Motion) -> str:
     """The first way in which a value breaks the rules of ``Attention``; "" for none."""
-    parts, joints, weights = len(found.parts), len(found.joints), found.weights
-    if weights.shape != (source.frames, parts, joints) or found.sees.shape != (parts, joints):
+    parts, joints, weights = len(attention.parts), len(attention.joints), attention.weights
+    if weights.shape != (source.frames, parts, joints) or attention.sees.shape != (parts, joints):
         sizes = f"{source.frames} frames, {parts} parts and {joints} joints"
-        return f"weights of shape {weights.shape} and sees of {found.sees.shape} for {sizes}"
-    if not parts or not joints or np.unique(found.joints).size < joints:
+        return f"weights of shape {weights.shape} and sees of {attention.sees.shape} for {sizes}"
+    if not parts or not joints or np.unique(attention.joints).size < joints:
         return "there is no part, no joint, or one joint twice"
-    if found.joints.min() < 0 or found.joints.max() >= len(source.skeleton):
-        return f"joints from {found.joints.min()} to {found.joints.max()} of {len(source.skeleton)}"
+    if attention.joints.min() < 0 or attention.joints.max() >= len(source.skeleton):
+        return f"joints from {attention.joints.min()} to {attention.joints.max()} of {len(source.skeleton)}"
     if not np.isfinite(weights).all() or weights.min() < -SLACK or weights.sum(-1).max() > 1.0 + SLACK:
         return "weights that are not finite, are below 0, or add up to more than 1"
-    return "" if not weights[:, ~found.sees].any() else "a part attends to a joint that it does not see"
+    return "" if not weights[:, ~attention.sees].any() else "a part attends to a joint that it does not see"
 
 
 def frames_at(seconds: Sequence[float], source: Motion) -> list[int]:
@@ -91,12 +90,12 @@ def frames_at(seconds: Sequence[float], source: Motion) -> list[int]:
     return [min(round(time * source.fps), source.frames - 1) for time in seconds]
 
 
-def write(path: Path, found: Attention, source: Motion, frames: Sequence[int]) -> None:
+def write(path: Path, attention: Attention, source: Motion, frames: Sequence[int]) -> None:
     """A row of ``COLUMNS`` per frame asked for, part, and joint that the part sees. Raises FileError."""
     rows: list[tuple[object, ...]] = [COLUMNS]
     for frame in frames:
-        for part, at in np.argwhere(found.sees):
-            names = found.parts[part], source.skeleton.names[found.joints[at]]
-            weight = found.weights[frame, part, at]
+        for part, at in np.argwhere(attention.sees):
+            names = attention.parts[part], source.skeleton.names[attention.joints[at]]
+            weight = attention.weights[frame, part, at]
             rows.append((frame, f"{frame / source.fps:.6g}", *names, f"{weight:.6g}"))
     write_text(path, spreadsheet(rows))

@@ -29,7 +29,7 @@ def batches(infos: Sequence[CaseInfo], cast: Mapping[str, Character]) -> list[tu
         return structure.get(info.source, ""), structure.get(info.target, "")
 
     ordered = sorted(infos, key=lambda info: (structures(info), info.frames))
-    found: list[_Batch] = []
+    made: list[_Batch] = []
     for _, alike in groupby(ordered, key=structures):
         open_ones: list[_Batch] = []
         for info in alike:
@@ -38,29 +38,29 @@ def batches(infos: Sequence[CaseInfo], cast: Mapping[str, Character]) -> list[tu
             if batch is None:
                 batch = _Batch()
                 open_ones.append(batch)
-                found.append(batch)
+                made.append(batch)
             batch.add(info)
-    return [tuple(batch.cases) for batch in found]
+    return [tuple(batch.cases) for batch in made]
 
 
 @dataclass
 class _Batch:
-    """Cases in order of their lengths; shown, wanted: bodies and clips that are sources, and that are
-    asked for."""
+    """Cases in order of their lengths; sources, targets: bodies and clips that are shown, and
+    that are asked for."""
 
     cases: list[str] = field(default_factory=list)
-    shown: set[tuple[str, str]] = field(default_factory=set)
-    wanted: set[tuple[str, str]] = field(default_factory=set)
+    sources: set[tuple[str, str]] = field(default_factory=set)
+    targets: set[tuple[str, str]] = field(default_factory=set)
 
     def has_room(self, info: CaseInfo) -> bool:
         count = len(self.cases)
         return not count or (count < CASES and (count + 1) * info.frames <= FRAMES)
 
     def takes(self, info: CaseInfo) -> bool:
-        return (info.source, info.clip) not in self.wanted and (info.target, info.clip) not in self.shown
+        return (info.source, info.clip) not in self.targets and (info.target, info.clip) not in self.sources
 
     def add(self, info: CaseInfo) -> None:
         self.cases.append(info.id)
         if info.source != info.target:
-            self.shown.add((info.source, info.clip))
-            self.wanted.add((info.target, info.clip))
+            self.sources.add((info.source, info.clip))
+            self.targets.add((info.target, info.clip))

@@ -1,4 +1,4 @@
-"""What data sets list and load, in time and of the types that they should be of."""
+"""Case lists and cases of data sets, within time limits and with their types checked."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import fields
@@ -24,10 +24,10 @@ def listed(data: Dataset, task: str, split: str) -> tuple[CaseInfo, ...]:
     """The cases of a split. Raises BenchError where the data set gives no such list."""
 
     def ask() -> tuple[CaseInfo, ...]:
-        found = data.cases(task, split)
-        if not isinstance(found, Sequence) or isinstance(found, str):
-            raise Fault(f"it gave {kind(found)} instead of a list")
-        infos, ids = tuple(found), set()
+        answer = data.cases(task, split)
+        if not isinstance(answer, Sequence) or isinstance(answer, str):
+            raise Fault(f"it gave {kind(answer)} instead of a list")
+        infos, ids = tuple(answer), set()
         for info in infos:
             if fault := _info_fault(info):
                 raise Fault(fault)
@@ -36,7 +36,7 @@ def listed(data: Dataset, task: str, split: str) -> tuple[CaseInfo, ...]:
             ids.add(info.id)
         return infos
 
-    return _asked(data, f"cases({task!r}, {split!r})", ask, LISTING)
+    return _attempted(data, f"cases({task!r}, {split!r})", ask, LISTING)
 
 
 def loaded(data: Dataset, info: CaseInfo) -> Case:
@@ -48,10 +48,10 @@ def loaded(data: Dataset, info: CaseInfo) -> Case:
             raise Fault(fault)
         return case
 
-    return _asked(data, f"load({info.id!r})", ask, LOADING + PER_FRAME * info.frames)
+    return _attempted(data, f"load({info.id!r})", ask, LOADING + PER_FRAME * info.frames)
 
 
-def _asked(data: Dataset, call: str, ask: Callable[[], T], seconds: float) -> T:
+def _attempted(data: Dataset, call: str, ask: Callable[[], T], seconds: float) -> T:
     name = f"data set {data.card.name}"
     try:
         return attempt(ask, seconds, f"{name}, {call.partition('(')[0]}")
@@ -60,7 +60,7 @@ def _asked(data: Dataset, call: str, ask: Callable[[], T], seconds: float) -> T:
 
 
 def _info_fault(info: CaseInfo) -> str:
-    """What is wrong with an item of a case list, or ""."""
+    """The fault of an item of a case list, or ""."""
     if lacking := [each.name for each in fields(CaseInfo) if not hasattr(info, each.name)]:
         return f"it lists {kind(info)} that has no {lacking[0]}"
     texts = (info.id, info.source, info.target, info.clip, info.kind)
@@ -72,7 +72,7 @@ def _info_fault(info: CaseInfo) -> str:
 
 
 def _case_fault(case: Case, info: CaseInfo) -> str:
-    """What is wrong with a case, or ""."""
+    """The fault of a case, or ""."""
     if lacking := [each.name for each in fields(Case) if not hasattr(case, each.name)]:
         return f"it gave {kind(case)} that has no {lacking[0]}"
     if case.info.id != info.id:

@@ -1,4 +1,4 @@
-"""Which clips of a split a run is asked for.
+"""The choice of clips of a split for a run.
 
 Keys and seeds of cases do not depend on which others are asked for, so that a later run of all clips
 goes on from there.
@@ -17,17 +17,17 @@ def fits(clip: str, pattern: str) -> bool:
     return clip == pattern or fnmatchcase(clip, pattern)
 
 
-def patterns(given: Sequence[str]) -> tuple[str, ...]:
+def patterns(texts: Sequence[str]) -> tuple[str, ...]:
     """Patterns of clips, of which one text may hold several (``"walk*,jump"``).
 
     Raises BenchError for a text without any: it would ask for all clips.
     """
-    found = []
-    for text in given:
-        found += (parts := [part.strip() for part in text.split(",") if part.strip()])
+    patterns = []
+    for text in texts:
+        patterns += (parts := [part.strip() for part in text.split(",") if part.strip()])
         if not parts:
             raise BenchError(f"{text!r} names no clip; leave it out for all of them, or name some: 'walk*'")
-    return tuple(found)
+    return tuple(patterns)
 
 
 def chosen(infos: Sequence[CaseInfo], patterns: Sequence[str], limit: int) -> list[CaseInfo]:
@@ -38,5 +38,5 @@ def chosen(infos: Sequence[CaseInfo], patterns: Sequence[str], limit: int) -> li
         clips = [clip for clip in clips if any(fits(clip, pattern) for pattern in patterns)]
     if 0 < limit < len(clips):
         clips = [clips[number * len(clips) // limit] for number in range(limit)]
-    kept = set(clips)
-    return [info for info in infos if info.clip in kept]
+    names = set(clips)
+    return [info for info in infos if info.clip in names]

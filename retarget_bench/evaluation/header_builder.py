@@ -3,7 +3,7 @@
 import platform
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from functools import lru_cache
 from importlib import metadata
@@ -35,12 +35,12 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
     """The header of a finished unit."""
     plan = unit.plan
     data = unit.data
-    asked = unit.metrics.of_sets
+    of_sets = unit.metrics.of_sets
     four_legged = None
-    if asked and isinstance(data, RealDataset):
+    if of_sets and isinstance(data, RealDataset):
         four_legged = tuple(sorted({b.structure for b in data.characters().values() if b.four_legged}))
     return ResultHeader(
-        set_values=_values(asked),
+        set_values=_values(of_sets),
         # what tables need to know of structures that answers without references are of
         four_legged=four_legged,
         keys=unit.keys,
@@ -78,8 +78,8 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
     }
     if unit.plan.external:
         return MethodInfo(**common, origin=ELSEWHERE, privileged=(), control=False)
-    asked = unit.method.built
-    card, trained = optional.method_card(asked), optional.method_manifest(asked)
+    method = unit.method.built
+    card, trained = optional.method_card(method), optional.method_manifest(method)
     manifest = None if trained is None else {key: tuple(map(str, each)) for key, each in trained.items()}
     return MethodInfo(
         **common,
@@ -90,7 +90,7 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
         control=bool(card.control),
         stochastic=bool(card.stochastic),
         trained_on=manifest,
-        training_share=optional.training_share(asked),
+        training_share=optional.training_share(method),
         environment=environments.facts(unit.environment) if unit.environment else {},
     )
 
@@ -103,49 +103,50 @@ def _post_facts(post: Spec, run_here: bool) -> dict[str, Any]:
     return facts
 
 
-def _values(asked: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, DeclaredValue]:
-    """Value id -> what tables need to know of it, its metric included."""
+def _values(metrics: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, DeclaredValue]:
+    """Value id -> its declaration for tables, with its metric."""
     return {
         value.id: DeclaredValue.of(value, metric.card.name)
-        for metric in asked
+        for metric in metrics
         for value in metric.card.computed
     }
 
 
 def _problems(entries: Sequence[CaseResult]) -> tuple[Problem, ...]:
     """Cases without values, those with the same status and message together."""
-    grouped: dict[tuple[str, str], list[str]] = {}
-    for entry in entries:
-        if entry.status != "ok":
-            grouped.setdefault((entry.status, entry.message), []).append(entry.case)
+    pairs = [((each.status, each.message), each.case) for each in entries if each.status != "ok"]
     return tuple(
-        Problem(status=status, message=message, cases=tuple(sorted(cases)))
-        for (status, message), cases in sorted(grouped.items())
+        Problem(status=status, message=message, cases=cases) for (status, message), cases in _grouped(pairs)
     )
 
 
 def _faults(entries: Sequence[CaseResult]) -> tuple[MetricFault, ...]:
     """Cases that lack the values of a metric, those with the same fault together."""
-    grouped: dict[tuple[str, str], list[str]] = {}
-    for entry in entries:
-        for each in entry.faults.items():
-            grouped.setdefault(each, []).append(entry.case)
+    pairs = [(fault, each.case) for each in entries for fault in each.faults.items()]
     return tuple(
-        MetricFault(metric=metric, message=message, cases=tuple(sorted(cases)))
-        for (metric, message), cases in sorted(grouped.items())
+        MetricFault(metric=metric, message=message, cases=cases)
+        for (metric, message), cases in _grouped(pairs)
     )
+
+
+def _grouped(pairs: Iterable[tuple[tuple[str, str], str]]) -> list[tuple[tuple[str, str], tuple[str, ...]]]:
+    """The cases of each of some reasons, both sorted."""
+    cases: dict[tuple[str, str], list[str]] = {}
+    for reason, case in pairs:
+        cases.setdefault(reason, []).append(case)
+    return [(reason, tuple(sorted(cases[reason]))) for reason in sorted(cases)]
 
 
 @lru_cache(maxsize=1)
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that numbers depend on, without importing them."""
-    found = {"retarget-bench": retarget_bench.__version__, "python": platform.python_version()}
+    versions = {"retarget-bench": retarget_bench.__version__, "python": platform.python_version()}
     for package in PACKAGES:
         try:
-            found[package] = metadata.version(package)
+            versions[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
             continue
-    return found | {"platform": f"{sys.platform}-{platform.machine()}"}
+    return versions | {"platform": f"{sys.platform}-{platform.machine()}"}
 
 
 @lru_cache(maxsize=1)
@@ -156,7 +157,7 @@ def revision() -> str:
         return ""
     command = ["git", "describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=+"]
     try:
-        said = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=10, check=True)
+        output = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=10, check=True)
     except (OSError, subprocess.SubprocessError):
         return ""
-    return said.stdout.strip()
+    return output.stdout.strip()

@@ -54,7 +54,7 @@ class Plan(Settings):
 
 
 def data_of(bound: BoundDataset, task: str = RETARGET) -> Dataset:
-    """The data set; of a derived task, what the engine makes of its motion, once a process."""
+    """The data set, or that of a derived task, which is made from its motion once a process."""
     return bound.built if task in OWN_CASES else _derived(bound, task)
 
 
@@ -77,7 +77,7 @@ def _batches(bound: BoundDataset, task: str, split: str) -> Sequence[tuple[str, 
 
 @dataclass(frozen=True)
 class EvaluationUnit:
-    """One method on one split of one data set: a result file and what it is known by.
+    """One method on one split of one data set: a result file and its keys.
 
     seed_number: which of several seeds of a stochastic method this is; ``plan.seed`` is that seed.
     """
@@ -101,20 +101,18 @@ class EvaluationUnit:
         return cases(self.dataset, self.plan.task, self.split)
 
     @cached_property
-    def asked(self) -> Sequence[CaseInfo]:
+    def requested(self) -> Sequence[CaseInfo]:
         """The cases of the clips that the plan asks for."""
         limits = self.plan.clips, self.plan.limit or 0
         return clips.chosen(self.infos, *limits) if any(limits) else self.infos
 
     @cached_property
     def known_as(self) -> Spec:
-        """The method as results know it: by its weights, and by the lock of another environment."""
+        """The method as results name it: by its weights, and by the lock of another environment."""
         if self.plan.external:
             return self.method.spec
-        known = self.method.known_as
-        return (
-            replace(known, environment=environments.label(self.environment)) if self.environment else known
-        )
+        spec = self.method.known_as
+        return replace(spec, environment=environments.label(self.environment)) if self.environment else spec
 
     @cached_property
     def paths(self) -> store.ResultPaths:
@@ -215,10 +213,10 @@ def methods_of(plan: Plan) -> list[BoundMethod]:
     """The methods of a plan, each once, also where its weights are given by several paths."""
     if plan.external:
         return [BoundMethod(spec) for spec in dict.fromkeys(plan.methods)]
-    found = {}
+    methods = {}
     for method in map(placed, plan.methods):
-        found[method.known_as] = method
-    return list(found.values())
+        methods[method.known_as] = method
+    return list(methods.values())
 
 
 def _seeds(plan: Plan, method: BoundMethod) -> int:
@@ -232,11 +230,11 @@ def placed(spec: Spec | str) -> BoundMethod:
     Raises BenchError where post-processors follow what is no plug-in there.
     """
     method = bound.method(spec)
-    given = method.spec.environment or method.card.environment
-    environment = environments.in_full(given)
+    written = method.spec.environment or method.card.environment
+    environment = environments.in_full(written)
     if method.spec.posts and environments.own_worker(environment):
         raise BenchError(
-            f"{method.spec}: post-processors work where the method does, and {given!r} is without this "
+            f"{method.spec}: post-processors work where the method does, and {written!r} is without this "
             "package"
         )
     return bound.method(replace(method.spec, environment=environment))

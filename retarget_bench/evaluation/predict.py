@@ -64,13 +64,13 @@ def predict_all(method: Method, cases: Sequence[Case], contexts: Sequence[Contex
     """
     pairs = list(zip(cases, contexts, strict=True))
     try:
-        at_once = takes_batches(method)
-        together = [number for number, case in enumerate(cases) if at_once and _takes(method, case)]
+        batch = takes_batches(method)
+        together = [number for number, case in enumerate(cases) if batch and _takes(method, case)]
         answers = _at_once(method, [pairs[number] for number in together])
     except KeyboardInterrupt as error:
         return [Outcome("failed", one_line(error)) for _ in pairs]
-    found = dict(zip(together, answers, strict=False))
-    return [found.get(number) or predict(method, *pair) for number, pair in enumerate(pairs)]
+    outcomes = dict(zip(together, answers, strict=False))
+    return [outcomes.get(number) or predict(method, *pair) for number, pair in enumerate(pairs)]
 
 
 def _takes(method: Method, case: Case) -> bool:
@@ -104,16 +104,16 @@ def refusal(method: Method, case: Case) -> str | None:
     if not case.source.frames:
         return EMPTY
     kind, card = kind_of(case.source), method_card(method)
-    known = case.source_motion if "source_motion" in card.needs else None
-    if kind not in card.accepts and known is None:
+    source_motion = case.source_motion if "source_motion" in card.needs else None
+    if kind not in card.accepts and source_motion is None:
         return f"takes {' or '.join(card.accepts)} as source, but this source is known by {kind} only"
     if "reference" in card.needs and case.reference is None:
         return "needs the reference, and this case has none"
     if "second_reference" in card.needs and case.alternative is None:
         return "needs a second right answer, and this data set knows of none"
-    if "source_motion" in card.needs and known is None and not isinstance(case.source, Motion):
+    if "source_motion" in card.needs and source_motion is None and not isinstance(case.source, Motion):
         return "needs the motion that the source is made of, and this case does not have it"
-    return method.supports((known or case.source).character, case.target)
+    return method.supports((source_motion or case.source).character, case.target)
 
 
 def differ(first: Prediction, second: Prediction, case: Case) -> bool:
@@ -145,23 +145,31 @@ def _single(values: np.ndarray) -> np.ndarray:
 
 
 # --------------------------------------------------------------------------------------------- context
-class ReferenceClips(Sequence[Prediction]):
-    """Reference motions of other cases, loaded when they are indexed."""
+class LazyClips(Sequence[Prediction]):
+    """Motions that are loaded by their numbers when they are indexed."""
 
-    def __init__(self, load: Callable[[CaseInfo], Case], infos: Sequence[CaseInfo]) -> None:
-        self._load = load
-        self._infos = tuple(infos)
+    def __init__(self, load: Callable[[int], Prediction], numbers: range) -> None:
+        self._load, self._numbers = load, numbers
 
     def __len__(self) -> int:
-        return len(self._infos)
+        return len(self._numbers)
 
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
-            return ReferenceClips(self._load, self._infos[index])
-        reference = self._load(self._infos[index]).reference
+            return LazyClips(self._load, self._numbers[index])
+        return self._load(self._numbers[index])
+
+
+def _references(dataset: Dataset, infos: Sequence[CaseInfo]) -> LazyClips:
+    """The reference motions of cases."""
+
+    def load(number: int) -> Prediction:
+        reference = dataset.load(infos[number]).reference
         if reference is None:
             raise NotSupported("needs reference motions, and this data set has none")
         return reference.copy()
+
+    return LazyClips(load, range(len(infos)))
 
 
 @dataclass(frozen=True)
@@ -179,20 +187,23 @@ class Inputs:
         return cls(tuple(card.needs), tuple(card.uses), isinstance(method, Composed))
 
 
-def context_for(asked: Method | Inputs, dataset: Dataset, case: Case, seed: int) -> Context:
+def context_for(method: Method | Inputs, dataset: Dataset, case: Case, seed: int) -> Context:
     """The context of a case, with only those privileged inputs that the method's card declares."""
-    inputs, given = asked if isinstance(asked, Inputs) else Inputs.of(asked), dict[str, Any](seed=seed)
+    inputs, arguments = (
+        method if isinstance(method, Inputs) else Inputs.of(method),
+        dict[str, Any](seed=seed),
+    )
     if inputs.ground:
-        given["ground"] = case.ground
+        arguments["ground"] = case.ground
     if "training" in inputs.uses:
-        given["training"] = _training(dataset)
+        arguments["training"] = _training(dataset)
     if "reference" in inputs.needs:
-        given["reference"] = case.reference and case.reference.copy()
+        arguments["reference"] = case.reference and case.reference.copy()
     if "second_reference" in inputs.needs:
-        given["second_reference"] = case.alternative and case.alternative.copy()
+        arguments["second_reference"] = case.alternative and case.alternative.copy()
     if "source_motion" in inputs.needs:
         moved = case.source_motion or case.source
-        given["source_motion"] = moved.copy() if isinstance(moved, Motion) else None
+        arguments["source_motion"] = moved.copy() if isinstance(moved, Motion) else None
     if "other_clips" in inputs.needs or "target_motions" in inputs.needs:
         own = _clips_of_target(dataset, case.info, (case.info.split,))
         others = [info for info in own if info.clip != case.info.clip]
@@ -202,8 +213,10 @@ def context_for(asked: Method | Inputs, dataset: Dataset, case: Case, seed: int)
             anywhere = _clips_of_target(dataset, case.info, [*dataset.card.splits])
             others = [info for info in anywhere if info.clip != case.info.clip]
         clips = {"target_motions": own, "other_clips": others}
-        given |= {k: ReferenceClips(dataset.load, each) for k, each in clips.items() if k in inputs.needs}
-    return Context(**given)
+        arguments |= {
+            kind: _references(dataset, each) for kind, each in clips.items() if kind in inputs.needs
+        }
+    return Context(**arguments)
 
 
 _CASTS: dict[int, tuple[Dataset, Mapping[str, Mapping[str, TrainingClips]] | None]] = {}
@@ -231,5 +244,5 @@ def _real_clips(dataset: Dataset, case: Case) -> list[CaseInfo]:
     """Likewise where cases have no references: the real motion that the data set has of the target."""
     if not isinstance(dataset, RealDataset):
         return []
-    found = dataset.real(case.info.task, case.target.structure)
-    return sorted((info for info in found if info.target == case.info.target), key=lambda info: info.clip)
+    infos = dataset.real(case.info.task, case.target.structure)
+    return sorted((info for info in infos if info.target == case.info.target), key=lambda info: info.clip)

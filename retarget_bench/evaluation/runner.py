@@ -2,9 +2,11 @@
 
 import shutil
 import time
-from collections.abc import Callable, Collection, Iterable, Mapping
-from contextlib import nullcontext
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import closing, nullcontext
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import clips, executors, set_metrics, timing
@@ -13,7 +15,7 @@ from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, evaluation_units
 from retarget_bench.evaluation.set_metrics import files as set_files
-from retarget_bench.evaluation.shards import Answer, StoredPlan, Unit, cut, left_over, taken_over
+from retarget_bench.evaluation.shards import Answer, StoredPlan, Unit, cut, left_over
 from retarget_bench.files import LOCK, locked
 from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.plugins import bound
@@ -22,7 +24,7 @@ from retarget_bench.results.store import CaseResult, ResultPaths
 
 PATIENCE = 60.0
 """Seconds in which the answers of a shard that has ended must appear: shared file systems are slow."""
-LOOK = 0.5
+POLL = 0.5
 
 Progress = Callable[[int, int], None]
 """Called with the number of answers done and of all that are to be asked."""
@@ -42,9 +44,9 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
         Local(plan.jobs) as local,
     ):
         engine = executors.engine(plan.executor, local)
-        wanted = _with_cases(plan, evaluation_units(plan))
-        todo = [unit for unit in wanted if _lacks(unit)]
-        for unit in wanted if plan.overwrite != "never" else ():
+        units = _with_cases(plan, evaluation_units(plan))
+        todo = [unit for unit in units if _lacks(unit)]
+        for unit in units if plan.overwrite != "never" else ():
             if case_metadata.damaged(unit.paths):
                 case_metadata.write(unit.paths, unit.data, unit.infos)
             if unit not in todo:
@@ -52,44 +54,44 @@ def run(plan: Plan, progress: Progress, *, timed: bool = False) -> list[ResultPa
         done = _begun(plan, todo)
         _answer(plan, engine, done, progress)
         if plan.stage != "predict":
-            whole = {unit: found for unit, found in done.items() if len(found) == len(unit.infos)}
-            _finish(plan, local, whole)
-            if timed and plan.overwrite != "never" and len(whole) == len(done):
+            complete = {unit: entries for unit, entries in done.items() if len(entries) == len(unit.infos)}
+            _finish(plan, local, complete)
+            if timed and plan.overwrite != "never" and len(complete) == len(done):
                 _time(plan, local)
-    return [unit.paths for unit in wanted]
+    return [unit.paths for unit in units]
 
 
 # --------------------------------------------------------------------------------------------- answers
 def _begun(plan: Plan, units: Iterable[EvaluationUnit]) -> dict[EvaluationUnit, Entries]:
-    """What interrupted runs left of each unit; the files are there that its results are read by."""
+    """The entries that interrupted runs left of each unit, whose results can be read from now on."""
     if plan.stage == "predict":
         return {unit: {} for unit in units}
     by_paths = {unit.paths: unit for unit in units}
     if plan.overwrite != "never":
         _take_over(plan.out, by_paths)
-    found = {unit: _journalled(unit) for unit in by_paths.values()}
-    for unit in found:
+    entries = {unit: _journalled(unit) for unit in by_paths.values()}
+    for unit in entries:
         if not store.lists(unit.paths, unit.infos):
             case_metadata.write(unit.paths, unit.data, unit.infos)
         store.begin(unit.paths, header_of(unit, ()), unit.infos)
-    return found
+    return entries
 
 
 def _answer(plan: Plan, engine: Engine, done: Mapping[EvaluationUnit, Entries], progress: Progress) -> None:
-    """Have everything answered that is lacking and asked for, and journal it. Raises BenchError."""
-    left = {unit: _not_asked(unit, entries) for unit, entries in done.items()}
-    if not any(len(unit.infos) > len(mine) for unit, mine in left.items()):
+    """Have the missing cases that are requested computed, and journal them. Raises BenchError."""
+    left = {unit: _skipped_cases(unit, entries) for unit, entries in done.items()}
+    if not any(len(unit.infos) > len(skipped) for unit, skipped in left.items()):
         progress(0, 0)
         return
     stored = StoredPlan.write(plan, [Unit.of(unit) for unit in left], cut(left))
     units = list(done)
-    count, total = 0, sum(stored.facts["sizes"])
+    count, total = 0, sum(stored.content.sizes)
     progress(0, total)
     lost: dict[int, str] = {}
-    with nullcontext() if isinstance(engine, Local) else engine:  # those of this machine go on
-        for number, problem in engine.run(stored.folder, stored.shards):
+    with closing(engine.run(stored.folder, stored.shards)) as ended:
+        for number, problem in ended:
             answers = _complete(stored, number, wait=not problem)
-            if len(answers) < stored.facts["sizes"][number]:
+            if len(answers) < stored.content.sizes[number]:
                 lost[number] = problem or "it ended, but not all of its answers are to be seen here"
             for unit, entry in answers:
                 if plan.stage != "predict":
@@ -110,18 +112,18 @@ def _complete(stored: StoredPlan, number: int, wait: bool) -> list[Answer]:
     """The answers of a shard that has ended. wait: until all of them are to be seen."""
     until = time.monotonic() + PATIENCE * wait
     while True:
-        found = list(stored.answers(number))
-        if len(found) >= stored.facts["sizes"][number] or time.monotonic() >= until:
-            return found
-        time.sleep(LOOK)
+        answers = list(stored.answers(number))
+        if len(answers) >= stored.content.sizes[number] or time.monotonic() >= until:
+            return answers
+        time.sleep(POLL)
 
 
-def _not_asked(unit: EvaluationUnit, done: Entries) -> Collection[str]:
+def _skipped_cases(unit: EvaluationUnit, done: Entries) -> Collection[str]:
     """The cases of a unit that are done, or not of the clips that are asked for."""
-    if unit.asked is unit.infos:
+    if unit.requested is unit.infos:
         return done
-    asked = {info.id for info in unit.asked}
-    return {info.id for info in unit.infos if info.id in done or info.id not in asked}
+    requested = {info.id for info in unit.requested}
+    return {info.id for info in unit.infos if info.id in done or info.id not in requested}
 
 
 def _lacks(unit: EvaluationUnit) -> bool:
@@ -144,42 +146,43 @@ def _lacks(unit: EvaluationUnit) -> bool:
 
 def _take_over(root: Path, units: Mapping[ResultPaths, EvaluationUnit]) -> None:
     """Journal what shards of a run that has ended went on to finish, and remove them."""
-    keys = {paths: unit.keys for paths, unit in units.items()}
-    plans = left_over(root, keys)
-    begun = {paths: journal.open_journal(paths, keys[paths]) for paths in keys} if plans else {}
-    for paths, entry in taken_over(plans, keys, root):
-        if entry.case not in begun[paths]:
-            journal.append_journal(paths, entry)
-            begun[paths][entry.case] = entry
+    plans = left_over(root, units)
+    done = {paths: journal.open_journal(paths, unit.keys) for paths, unit in units.items()} if plans else {}
     for stored in plans:
+        for number, entry in stored.answers() if stored.plan.stage != "predict" else ():
+            paths = replace(stored.units[number].paths, root=root)
+            same = paths in units and units[paths].keys == stored.units[number].keys
+            if same and entry.case not in done[paths]:
+                journal.append_journal(paths, entry)
+                done[paths][entry.case] = entry
         stored.remove()
 
 
 def _journalled(unit: EvaluationUnit) -> Entries:
     """The entries that an interrupted run left, unless they are to be made anew."""
-    found = journal.open_journal(unit.paths, unit.keys, anew=unit.plan.overwrite != "missing")
+    entries = journal.open_journal(unit.paths, unit.keys, anew=unit.plan.overwrite != "missing")
     sets = bool(unit.metrics.of_sets)
     return {
         case: entry
-        for case, entry in found.items()
+        for case, entry in entries.items()
         if entry.status != "missing"
-        and (entry.status != "ok" or not sets or set_files.case_features(unit.paths, case).exists())
+        and (entry.status != "ok" or not sets or set_files.waiting_file(unit.paths, case).exists())
     }
 
 
-def _with_cases(plan: Plan, found: list[EvaluationUnit]) -> list[EvaluationUnit]:
+def _with_cases(plan: Plan, units: list[EvaluationUnit]) -> list[EvaluationUnit]:
     """The units that have cases; raises BenchError with the data set's own notes where none has."""
-    filled = [unit for unit in found if unit.infos]
+    filled = [unit for unit in units if unit.infos]
     if not filled:
-        data = {id(unit.data): unit.data for unit in found}.values()
+        data = {id(unit.data): unit.data for unit in units}.values()
         notes = " ".join(f"{each.label}: {'; '.join(each.notes) or 'no notes'}." for each in data)
-        splits = ", ".join(dict.fromkeys(unit.split for unit in found))
+        splits = ", ".join(dict.fromkeys(unit.split for unit in units))
         raise BenchError(f"there is no case in {splits}. {notes}")
     there = dict.fromkeys(info.clip for unit in filled for info in unit.infos) if plan.clips else {}
     for pattern in plan.clips:
         if not any(clips.fits(clip, pattern) for clip in there):
             raise BenchError(f"no clip fits {pattern!r}; there are {some(list(there), 5)}")
-    return [unit for unit in filled if unit.asked]
+    return [unit for unit in filled if unit.requested]
 
 
 # --------------------------------------------------------------------------------------------- finishing
@@ -187,15 +190,15 @@ def _finish(plan: Plan, local: Local, done: Mapping[EvaluationUnit, Entries]) ->
     """Values of sets, then rows, then the header, which says that all is there."""
     if bound.metrics(plan.metrics).of_sets:
         answered = [
-            [each.case for each in found.values() if each.status == "ok"] for found in done.values()
+            [each.case for each in entries.values() if each.status == "ok"] for entries in done.values()
         ]
-        _units_by(plan, local, "sets", list(done), answered=answered)
+        _units_by(plan, local, "sets", list(done), answered)
     else:
         for unit in done:
             set_metrics.write(unit.paths, [])  # earlier results of other metrics may have left some
     written = set[Path]()
-    for unit, found in done.items():
-        listed = [found[info.id] for info in unit.infos]
+    for unit, entries in done.items():
+        listed = [entries[info.id] for info in unit.infos]
         if unit.paths.folder not in written:  # all methods share them
             case_metadata.write(unit.paths, unit.data, unit.infos)
             written.add(unit.paths.folder)
@@ -210,20 +213,24 @@ def _time(plan: Plan, local: Local) -> None:
     for unit in evaluation_units(plan) if plan.external is None else ():
         if not unit.seed_number and unit.paths.header.exists():
             units.setdefault((unit.dataset, unit.method), []).append(unit)
-    stale = timing.stale({mine[-1]: [unit.paths for unit in mine] for mine in units.values()})
-    _units_by(plan, local, "time", stale, jobs=1)
+    stale = timing.stale({each[-1]: [unit.paths for unit in each] for each in units.values()})
+    _units_by(plan, local, "time", stale)
 
 
 def _units_by(
-    plan: Plan, local: Local, kind: str, units: list[EvaluationUnit], jobs: int = 0, **more: object
+    plan: Plan,
+    local: Local,
+    kind: Literal["sets", "time"],
+    units: list[EvaluationUnit],
+    answered: Sequence[Sequence[str]] = (),
 ) -> None:
-    """Have something done for every unit by processes of this machine. Raises BenchError where sets
-    fail."""
+    """Have something done for every unit by processes of this machine, times one after the other. Raises
+    BenchError where sets fail."""
     if not units:
         return
-    stored = StoredPlan.write(plan, [Unit.of(unit) for unit in units], (), **more)
+    stored = StoredPlan.write(plan, [Unit.of(unit) for unit in units], answered=answered)
     try:
-        for number, problem in local.run(stored.folder, range(len(units)), kind, jobs):
+        for number, problem in local.run(stored.folder, range(len(units)), kind):
             if problem and kind == "sets":
                 raise BenchError(f"the sets of {units[number].paths.rows} could not be compared: {problem}")
     finally:

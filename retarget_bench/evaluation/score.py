@@ -1,6 +1,6 @@
 """Second stage: metrics turn a case and its prediction into named numbers.
 
-What a metric does wrong with a case costs its own values of that case, and is told in a sentence.
+A fault of a metric costs its own values of that case, and becomes a sentence.
 """
 
 import math
@@ -65,34 +65,34 @@ def score(
     Raises BenchError where the case itself does not fit together.
     """
     comparison = compared(case, prediction)
-    found = Scored()
+    scored = Scored()
     for metric in metrics:
         applicable = {value.id for value in metric.card.computed if not missing(value, case, prediction)}
         if not applicable:
             continue
         try:
             ask = partial(_values, metric, comparison, applicable)
-            found.values.update(asked(metric, ask, comparison, before))
+            scored.values.update(ask_metric(metric, ask, comparison, before))
         except BenchError as fault:
-            found.faults[metric.card.name] = fault_of(fault)
-    return found
+            scored.faults[metric.card.name] = fault_of(fault)
+    return scored
 
 
-def asked(
+def ask_metric(
     metric: Metric | SetMetric,
     ask: Callable[[], T],
     comparison: Comparison,
     before: Before,
 ) -> T:
-    """What a metric says of a case. Raises BenchError where it fails, or is not to be asked."""
+    """Ask a metric about a case. Raises BenchError where it fails, or is not to be asked."""
     before(metric.card.name)
     return attempt(ask, seconds(comparison.frames), f"metric {metric.card.name}")
 
 
 def fault_of(error: BenchError) -> str:
-    """What a metric did wrong, in a sentence."""
-    said = sentence(error)
-    return f"{said}; {COPY}" if any(word in said for word in ("read-only", "WRITEABLE")) else said
+    """The sentence for an error of a metric."""
+    message = sentence(error)
+    return f"{message}; {COPY}" if any(word in message for word in ("read-only", "WRITEABLE")) else message
 
 
 def compared(case: Case, prediction: Prediction) -> Comparison:
@@ -124,47 +124,47 @@ def missing(value: Value, case: Case, prediction: Prediction) -> str:
 # ------------------------------------------------------------------------------------ what metrics answer
 def _values(metric: Metric, comparison: Comparison, applicable: Collection[str]) -> Values:
     """The values that apply, as they are written. Raises BenchError for what cannot be."""
-    found = metric.compute(comparison)
-    if not isinstance(found, Mapping):
-        raise BenchError(f"gave {kind(found)} instead of numbers by the ids of values")
+    answer = metric.compute(comparison)
+    if not isinstance(answer, Mapping):
+        raise BenchError(f"gave {kind(answer)} instead of numbers by the ids of values")
     declared = {value.id: value for value in metric.card.computed}
-    if unknown := [key for key in found if key not in declared]:
+    if unknown := [key for key in answer if key not in declared]:
         raise BenchError(f"gave {unknown[0]!r}, a value that its card does not declare")
-    wanted = {declared[key].id: each for key, each in found.items() if key in applicable}
-    return {key: _value(declared[key], each) for key, each in wanted.items()}
+    applied = {declared[key].id: each for key, each in answer.items() if key in applicable}
+    return {key: _value(declared[key], each) for key, each in applied.items()}
 
 
-def _value(declared: Value, given: Any) -> float | dict[str, float]:
-    if isinstance(given, Mapping) != bool(declared.index):
-        wanted = f"numbers by {declared.index}" if declared.index else "a number"
-        raise BenchError(f"gave {kind(given)} instead of {wanted} for {declared.id}")
-    if isinstance(given, Mapping):
-        return {_index(declared.id, key): as_number(declared.id, each) for key, each in given.items()}
-    return as_number(declared.id, given)
+def _value(declared: Value, answer: Any) -> float | dict[str, float]:
+    if isinstance(answer, Mapping) != bool(declared.index):
+        expected = f"numbers by {declared.index}" if declared.index else "a number"
+        raise BenchError(f"gave {kind(answer)} instead of {expected} for {declared.id}")
+    if isinstance(answer, Mapping):
+        return {_index(declared.id, key): as_number(declared.id, each) for key, each in answer.items()}
+    return as_number(declared.id, answer)
 
 
-def as_number(value_id: str, given: Any) -> float:
+def as_number(value_id: str, answer: Any) -> float:
     """A number as it is written. Raises BenchError for what is none, or is not finite, or too large."""
-    if type(given) is float and -LARGEST < given < LARGEST:  # nearly all: joints and frames have one each
-        return given
+    if type(answer) is float and -LARGEST < answer < LARGEST:  # nearly all: joints and frames have one each
+        return answer
     try:
-        found = math.nan if isinstance(given, str | bytes) else float(given)
+        number = math.nan if isinstance(answer, str | bytes) else float(answer)
     except (TypeError, ValueError):
-        found = math.nan
+        number = math.nan
     except OverflowError:  # an integer
-        found = math.inf
-    if abs(found) < LARGEST:
-        return found
-    if math.isfinite(found) or isinstance(given, int):
+        number = math.inf
+    if abs(number) < LARGEST:
+        return number
+    if math.isfinite(number) or isinstance(answer, int):
         raise BenchError(f"gave a number beyond {LARGEST:g} for {value_id}")
-    if isinstance(given, float | np.floating):
-        raise BenchError(f"gave {found} for {value_id}; what is undefined for a case must be left out")
-    raise BenchError(f"gave {kind(given)} instead of a number for {value_id}")
+    if isinstance(answer, float | np.floating):
+        raise BenchError(f"gave {number} for {value_id}; what is undefined for a case must be left out")
+    raise BenchError(f"gave {kind(answer)} instead of a number for {value_id}")
 
 
 def _index(value_id: str, key: object) -> str:
-    found = str(key)
-    written = found.encode(errors="ignore").decode().replace("\0", "")
-    if written != found or not 0 < len(found) <= LONGEST_INDEX:
-        raise BenchError(f"gave an index for {value_id} that cannot be written, {found[:SHOWN]!r}")
-    return found
+    index = str(key)
+    written = index.encode(errors="ignore").decode().replace("\0", "")
+    if written != index or not 0 < len(index) <= LONGEST_INDEX:
+        raise BenchError(f"gave an index for {value_id} that cannot be written, {index[:SHOWN]!r}")
+    return index

@@ -17,7 +17,7 @@ from retarget_bench.errors import BenchError, one_line
 from retarget_bench.evaluation.attempt import overdue
 from retarget_bench.evaluation.prediction.channel import Channel, Closed
 from retarget_bench.evaluation.prediction.launch import adopt_orphans
-from retarget_bench.evaluation.shard_work import At, CannotStore, ShardWork
+from retarget_bench.evaluation.shard_work import CannotStore, ShardWork
 
 BEAT = 2.0
 """Seconds between two signs of life."""
@@ -44,39 +44,26 @@ def main(scratch: str, check: bool) -> None:
             if not overdue():
                 say({"alive": True})
 
-    def at(units: Sequence[int], cases: Sequence[str], asked: str) -> None:
-        say({"at": [list(units), list(cases), asked]})
+    def at(units: Sequence[int], cases: Sequence[str], call: str) -> None:
+        say({"at": [list(units), list(cases), call]})
 
     ended = threading.Event()
     threading.Thread(target=beat, daemon=True).start()
     work: ShardWork | None = None
     with suppress(Closed):
         while True:
-            asked = channel.receive()
-            assert asked is not None
-            done, stop = "", False
+            request = channel.receive()
+            assert request is not None
+            problem, stop = "", False
             try:
-                if work is None or work.folder != Path(asked["folder"]):
-                    before, work = work, None
-                    work = _work(Path(asked["folder"]), Path(scratch), at, before, check)
-                work.do(asked)
+                if work is None or work.folder != Path(request["folder"]):
+                    work = ShardWork(Path(request["folder"]), Path(scratch), at, work, check)
+                work.do(request)
             except BenchError as error:
-                done, stop = str(error), isinstance(error, CannotStore)
+                problem, stop = str(error), isinstance(error, CannotStore)
             except Exception as error:  # of a plug-in, where nothing else told of it
-                done = one_line(error)
-            say({"done": done, "stop": stop})
+                problem = one_line(error)
+            say({"done": problem, "stop": stop})
     ended.set()
     if work is not None:
         work.close()
-
-
-def _work(folder: Path, scratch: Path, at: At, before: ShardWork | None, check: bool) -> ShardWork:
-    """The work of a stored plan, with the workers of the one before. Raises BenchError."""
-    found = ShardWork(folder, scratch, at, before)
-    if check:
-        try:
-            found.check()
-        except BenchError:
-            found.close()
-            raise
-    return found

@@ -20,7 +20,7 @@ from retarget_bench.evaluation.cases import loaded
 from retarget_bench.evaluation.plan import data_of
 from retarget_bench.evaluation.predict import Outcome, as_scored, context_for
 from retarget_bench.evaluation.prediction.limits import Limits
-from retarget_bench.evaluation.prediction.questions import Asked
+from retarget_bench.evaluation.prediction.questions import Question
 from retarget_bench.evaluation.prediction.workers import WorkerPool
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.set_metrics import files as set_files
@@ -42,9 +42,9 @@ all metrics in turn (``SCORING``), or one by its name."""
 LOADING, SCORING = "load()", "score()"
 
 
-def unwatched(units: Sequence[int], cases: Sequence[str], asked: str) -> None:
-    """Nobody looks on."""
-    del units, cases, asked
+def unwatched(units: Sequence[int], cases: Sequence[str], call: str) -> None:
+    """A process without an observer."""
+    del units, cases, call
 
 
 class CannotStore(BenchError):
@@ -55,17 +55,25 @@ class ShardWork:
     """Carries out shards of a stored plan, one after the other; it is closed at the end.
 
     scratch: a folder for questions and answers, which the processes of a run share on a machine. before:
-    the work of an earlier plan of the run, which is over; its workers go on.
+    the work of an earlier plan of the run, which is over; its workers go on. check: whether the plan may
+    have been made by another machine. Raises BenchError where that one had other code or data.
     """
 
     def __init__(
-        self, folder: Path, scratch: Path, at: At = unwatched, before: "ShardWork | None" = None
+        self,
+        folder: Path,
+        scratch: Path,
+        at: At = unwatched,
+        before: "ShardWork | None" = None,
+        check: bool = False,
     ) -> None:
         self.folder, self.stored, self.at = folder, StoredPlan(folder), at
         self._again, self._left_out = False, dict[tuple[int | None, str | None, str], str]()
         self.plan = self.stored.plan
         registry.know_files(self.plan.plugin_files)
         self.metrics = bound.metrics(self.plan.metrics)
+        if check:
+            self._check()
         limits = Limits(self.plan.timeout or 0.0, int((self.plan.memory or 0.0) * 2**30), self.plan.isolate)
         place = scratch / str(os.getpid())
         self.pool: WorkerPool = (
@@ -76,28 +84,28 @@ class ShardWork:
         """End all prediction workers."""
         self.pool.close()
 
-    def check(self) -> None:
-        """Raises BenchError with what this machine has that the stored plan was not made with."""
-        theirs: Mapping[str, Any] = self.stored.facts["common"]
+    def _check(self) -> None:
+        """Raises BenchError that names a difference to the machine that planned the run."""
+        planned = self.stored.content.common
         methods = {unit.method for unit in self.stored.units}
-        mine = machine_facts(self.plan, methods, self.plan.datasets)
-        for name in sorted(theirs.keys() | mine.keys()):
-            if (here := mine.get(name, "none")) != (there := theirs.get(name, "none")):
+        facts = machine_facts(self.plan, methods, self.plan.datasets)
+        for name in sorted(planned.keys() | facts.keys()):
+            if (here := facts.get(name, "none")) != (there := planned.get(name, "none")):
                 raise BenchError(
                     f"{platform.node()} has {name} {here} where the run was planned with {there}; all "
                     "machines need the same versions, code and data"
                 )
 
     # ------------------------------------------------------------------------------------- kinds of work
-    def do(self, asked: Mapping[str, Any]) -> None:
-        """Do what a line asks for (``shard_process.py``). Raises BenchError.
+    def do(self, request: Mapping[str, Any]) -> None:
+        """Carry out a request (``shard_process.py``). Raises BenchError.
 
         again: a process ended at it before. without: unit, case and metric, None: all, of what is not to
         be asked, and why.
         """
-        self._again = asked["again"]
-        self._left_out = {(unit, case, metric): why for unit, case, metric, why in asked["without"]}
-        {"shard": self.carry_out, "sets": self.sets, "time": self.time}[asked["kind"]](asked["number"])
+        self._again = request["again"]
+        self._left_out = {(unit, case, metric): why for unit, case, metric, why in request["without"]}
+        {"shard": self.carry_out, "sets": self.sets, "time": self.time}[request["kind"]](request["number"])
 
     def carry_out(self, number: int) -> None:
         """Compute what a shard lacks, and write every answer as it is finished.
@@ -105,15 +113,15 @@ class ShardWork:
         Interrupted at any moment, it is to be carried out again: what is written is not computed anew.
         Raises BenchError.
         """
-        part = self.stored.writer(number)
+        write = self.stored.writer(number)
         for task in self.stored.lacking(number):
             for unit, entry in self._entries(task):
-                part.write(unit, entry)
+                write(unit, entry)
 
     def sets(self, number: int) -> None:
         """Compute and write the values of a unit's sets, whose cases are all answered."""
         unit = self.stored.units[number]
-        answered = frozenset(self.stored.facts["answered"][number])
+        answered = frozenset(self.stored.content.answered[number])
         infos = [info for info in self._infos(unit).values() if info.id in answered]
         self.at((number,), (), SCORING)
         before = partial(self._before, number, "")
@@ -131,10 +139,10 @@ class ShardWork:
         first = units[next(iter(task.lacking))]
         data = self._data(first)
         cases: dict[str, Case] = {}
-        whole = self.plan.stage != "score" and any(units[unit].in_batches for unit in task.lacking)
+        in_batches = self.plan.stage != "score" and any(units[unit].in_batches for unit in task.lacking)
         for each in task.cases:
-            asking = [unit for unit, mine in task.lacking.items() if each in mine]
-            if not asking and not whole:
+            asking = [unit for unit, lacking in task.lacking.items() if each in lacking]
+            if not asking and not in_batches:
                 continue
             self.at(asking, (each,), LOADING)
             try:
@@ -160,24 +168,24 @@ class ShardWork:
         self.at((unit,), (name,), SCORING)
         before = partial(self._before, unit, name)
         try:
-            found = score(self.metrics.of_cases, case, scored, before)
-            if asked := self.metrics.of_sets:
+            scores = score(self.metrics.of_cases, case, scored, before)
+            if of_sets := self.metrics.of_sets:
                 real = isinstance(self._data(self.stored.units[unit]), RealDataset)
-                arrays, faults = set_files.collect(asked, case, scored, real, before)
-                found.faults.update(faults)
+                members, faults = set_files.collect(of_sets, case, scored, real, before)
+                scores.faults.update(faults)
         except BenchError as error:  # the case itself
             return CaseResult(name, "failed", sentence(error))
-        if asked:
+        if of_sets:
             try:
                 paths = self.stored.units[unit].paths
-                set_files.write_waiting(set_files.case_features(paths, name), arrays)
+                set_files.write_waiting(set_files.waiting_file(paths, name), members)
             except FileError as error:
                 raise CannotStore(str(error)) from error
-        return CaseResult(name, "ok", values=found.values, faults=found.faults)
+        return CaseResult(name, "ok", values=scores.values, faults=scores.faults)
 
     def _before(self, unit: int, case: str, metric: str) -> None:
-        """What is to be done before a metric is asked about a case, or ("") about a unit's sets. Raises
-        BenchError where it ended such a process before."""
+        """Announce that a metric is asked about a case, or ("") about a unit's sets. Raises BenchError
+        where it ended such a process before."""
         for one in ((unit, case, metric), (None, None, metric)):
             if why := self._left_out.get(one):
                 raise BenchError(why)
@@ -187,18 +195,22 @@ class ShardWork:
     def _outcomes(self, unit: int, task: Task, cases: Mapping[str, Case]) -> dict[str, Outcome]:
         """The outcome of every case that a unit lacks: from a stored prediction, or from a new one,
         which is then stored. A method that takes several at once is given all where any is new."""
-        paths, wanted = self.stored.units[unit].paths, task.lacking[unit]
+        paths, lacking = self.stored.units[unit].paths, task.lacking[unit]
         keys = {
-            case: store.case_key(self.stored.units[unit].keys, case) for case in wanted if case in cases
+            case: store.case_key(self.stored.units[unit].keys, case) for case in lacking if case in cases
         }
-        found = {case: self._kept(paths, key, cases[case]) for case, key in keys.items()}
-        new = [case for case, outcome in found.items() if outcome is None]
-        whole = self.stored.units[unit].in_batches
-        made = self._predicted(unit, cases if whole else {case: cases[case] for case in new}) if new else {}
+        stored = {case: self._kept(paths, key, cases[case]) for case, key in keys.items()}
+        new = [case for case, outcome in stored.items() if outcome is None]
+        in_batches = self.stored.units[unit].in_batches
+        predicted = (
+            self._predicted(unit, cases if in_batches else {case: cases[case] for case in new})
+            if new
+            else {}
+        )
         for case in new:
-            if made[case].status != "missing":
-                _store(paths, keys[case], cases[case], made[case])
-        return {case: outcome or made[case] for case, outcome in found.items()}
+            if predicted[case].status != "missing":
+                _store(paths, keys[case], cases[case], predicted[case])
+        return {case: outcome or predicted[case] for case, outcome in stored.items()}
 
     def _kept(self, paths: ResultPaths, key: str, case: Case) -> Outcome | None:
         """The outcome where the method need not or must not be asked; None where it is to be."""
@@ -215,16 +227,16 @@ class ShardWork:
         return MISSING if self.plan.stage == "score" else None
 
     def _predicted(self, unit: int, cases: Mapping[str, Case]) -> dict[str, Outcome]:
-        known = self.stored.units[unit]
-        worker = self.pool.worker(known.method, known.learned)
-        worker.log, worker.lock = known.paths.log, known.lock
+        of_unit = self.stored.units[unit]
+        worker = self.pool.worker(of_unit.method, of_unit.learned)
+        worker.log, worker.lock = of_unit.paths.log, of_unit.lock
         self.at((unit,), list(cases), "")
         try:
-            return dict(zip(cases, worker.ask(self._asked(known, list(cases.values()))), strict=True))
+            return dict(zip(cases, worker.ask(self._questions(of_unit, list(cases.values()))), strict=True))
         except OSError as error:
             raise CannotStore(f"{self.pool.folder}: cannot be written ({error.strerror})") from error
 
-    def _asked(self, unit: Unit, cases: Sequence[Case]) -> list[Asked]:
+    def _questions(self, unit: Unit, cases: Sequence[Case]) -> list[Question]:
         data = self._data(unit)
         seeds = [store.case_seed(unit.seed, unit.seeded_as, case.info.id) for case in cases]
         return [
@@ -237,7 +249,7 @@ class ShardWork:
         worker = self.pool.worker(unit.method, unit.learned)
         worker.log, worker.lock = None, unit.lock
         infos = timing.spread(list(self._infos(unit).values()))
-        return timing.measured(worker, lambda cases: self._asked(unit, cases), data, infos)
+        return timing.measured(worker, lambda cases: self._questions(unit, cases), data, infos)
 
     def _data(self, unit: Unit) -> Dataset:
         return data_of(bound.dataset(unit.dataset), self.plan.task)
@@ -282,16 +294,16 @@ def _stored(paths: ResultPaths, key: str, case: Case) -> Outcome | None:
 def elsewhere(folder: Path, case: Case) -> Outcome:
     """A prediction made by somebody else, found by the case's file name."""
     stem = store.case_file(case.info.id)
-    found = [path for suffix in (".npz", ".bvh") if (path := folder / (stem + suffix)).exists()]
-    if len(found) == 2:
+    files = [path for suffix in (".npz", ".bvh") if (path := folder / (stem + suffix)).exists()]
+    if len(files) == 2:
         return Outcome("invalid", f"{folder} has both {stem}.npz and {stem}.bvh; remove one")
-    return _checked(found[0], case) if found else Outcome("missing", f"{folder} has no {stem}.npz or .bvh")
+    return _checked(files[0], case) if files else Outcome("missing", f"{folder} has no {stem}.npz or .bvh")
 
 
 def _checked(path: Path, case: Case) -> Outcome:
     try:
-        found: Prediction = predictions.read_prediction(path, case.target, case.source.fps)
-        return Outcome("ok", prediction=verified(found, case))
+        prediction: Prediction = predictions.read_prediction(path, case.target, case.source.fps)
+        return Outcome("ok", prediction=verified(prediction, case))
     except (Invalid, FileError) as error:
         return Outcome("invalid", str(error))
 

@@ -18,11 +18,11 @@ import shutil
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Any, ClassVar, Self
 
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import BenchError, FileError, mistakes
 from retarget_bench.evaluation.header_builder import versions
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, data_of
 from retarget_bench.evaluation.predict import Inputs
@@ -44,7 +44,6 @@ Answer = tuple[int, CaseResult]
 """The number of a unit, and how one of its cases went."""
 Cases = Mapping[int, Sequence[str]]
 """The number of a unit -> those of a task's cases that it lacks."""
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -57,15 +56,10 @@ class Task:
     cases: tuple[str, ...]
     lacking: Cases
 
-    @property
-    def answers(self) -> int:
-        return sum(map(len, self.lacking.values()))
-
 
 @dataclass(frozen=True)
 class Unit:
-    """What the process that carries out a shard needs to know of an ``EvaluationUnit``: it imports no
-    method.
+    """The facts of an ``EvaluationUnit`` for the process that carries out a shard, which imports no method.
 
     method: with the paths of its files in full. seed: the base seed. seeded_as: the name that its seeds are
     made from. inputs: what it is given beside source and target. in_batches: whether it is given all cases
@@ -106,13 +100,13 @@ class Unit:
 
 # --------------------------------------------------------------------------------------------- cutting
 def cut(done: Mapping[EvaluationUnit, Collection[str]]) -> Iterator[list[Task]]:
-    """What units lack, as shards of nearly equal sizes; a unit's number is its place.
+    """Cut what units lack into shards of nearly equal sizes; a unit's number is its place.
 
-    done: the cases of each that nobody is to be asked. There may be a million cases, so shards are made one
+    done: the cases of each that are left out. There may be a million cases, so shards are made one
     at a time.
     """
-    asked = [sum(info.frames for info in unit.infos if info.id not in left) for unit, left in done.items()]
-    most = min(max(sum(asked) / SHARDS, 1.0), LARGEST)
+    frames = [sum(info.frames for info in unit.infos if info.id not in left) for unit, left in done.items()]
+    most = min(max(sum(frames) / SHARDS, 1.0), LARGEST)
     shard: list[Task] = []
     held = 0
     for size, task in _tasks(list(done), [frozenset(left) for left in done.values()], PARTS * most):
@@ -133,29 +127,46 @@ def _tasks(
     splits: dict[tuple[object, ...], list[int]] = {}
     for number, unit in enumerate(units):
         splits.setdefault((unit.dataset, unit.split, unit.plan.seed), []).append(number)
-    found: list[tuple[int, tuple[str, ...], list[int]]] = []
+    ordered: list[tuple[int, tuple[str, ...], list[int]]] = []
     lengths: dict[int, Mapping[str, int]] = {}
     for numbers in splits.values():
         lengths[numbers[0]] = frames = {info.id: info.frames for info in units[numbers[0]].infos}
         for batch in units[numbers[0]].batches:
-            found.append((sum(frames[case] for case in batch), batch, numbers))
-    found.sort(key=lambda each: each[0], reverse=True)
-    for _, batch, numbers in found:
+            ordered.append((sum(frames[case] for case in batch), batch, numbers))
+    ordered.sort(key=lambda each: each[0], reverse=True)
+    for _, batch, numbers in ordered:
         held, lacking = 0, dict[int, list[str]]()
         for number in numbers:
-            if not (mine := [case for case in batch if case not in done[number]]):
+            if not (cases := [case for case in batch if case not in done[number]]):
                 continue
-            size = sum(lengths[numbers[0]][case] for case in mine)
+            size = sum(lengths[numbers[0]][case] for case in cases)
             if lacking and held + size > most:
                 yield held, Task(batch, lacking)
                 held, lacking = 0, {}
-            lacking[number] = mine
+            lacking[number] = cases
             held += size
         if lacking:
             yield held, Task(batch, lacking)
 
 
 # -------------------------------------------------------------------------------------------- in files
+@dataclass(frozen=True)
+class Content:
+    """The content of a stored plan's file.
+
+    common: what all machines must have in common. sizes: the number of answers of each shard. answered: of
+    each unit whose sets are to be evaluated, the cases that were answered.
+    """
+
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
+    plan: Plan
+    units: Sequence[Unit]
+    common: Mapping[str, str]
+    sizes: Sequence[int]
+    answered: Sequence[Sequence[str]] = ()
+
+
 class StoredPlan:
     """A stored plan; its files are read when they are asked for. Raises FileError for damaged ones."""
 
@@ -165,71 +176,78 @@ class StoredPlan:
 
     @classmethod
     def write(
-        cls, plan: Plan, units: Sequence[Unit], shards: Iterable[Sequence[Task]], **more: Any
+        cls,
+        plan: Plan,
+        units: Sequence[Unit],
+        shards: Iterable[Sequence[Task]] = (),
+        answered: Sequence[Sequence[str]] = (),
     ) -> Self:
-        """Store a plan; more: facts that those who carry it out need."""
+        """Store a plan."""
         stored = cls(plan.out / FOLDER / secrets.token_hex(6))
         sizes = []
         for number, shard in enumerate(shards):
-            _write(
-                stored.folder / "tasks" / f"{number}.json", [[task.cases, task.lacking] for task in shard]
-            )
-            sizes.append(sum(task.answers for task in shard))
-        data = {unit.dataset for unit in units}
-        facts = {
-            "plan": _plan_facts(plan, data),
-            "units": [_unit_facts(unit) for unit in units],
-            "common": machine_facts(plan, {unit.method for unit in units}, data),
-            "sizes": sizes,
-            **more,
-        }
-        _write(stored.folder / "plan.json", facts)
+            _write(stored.folder / "tasks" / f"{number}.json", list[Task], shard)
+            sizes.append(sum(len(cases) for task in shard for cases in task.lacking.values()))
+        data = tuple({unit.dataset for unit in units})
+        external = plan.external and plan.external.resolve()
+        content = Content(
+            replace(plan, datasets=data, external=external),
+            units,
+            machine_facts(plan, {unit.method for unit in units}, data),
+            sizes,
+            answered,
+        )
+        _write(stored.folder / "plan.json", Content, content)
         return stored
 
     @cached_property
-    def facts(self) -> dict[str, Any]:
-        return dict(_read(self.folder / "plan.json"))
+    def content(self) -> Content:
+        """The content of ``plan.json``, with results where this machine has them."""
+        content: Content = _read(self.folder / "plan.json", Content)
+        units = [replace(unit, paths=replace(unit.paths, root=self.root)) for unit in content.units]
+        return replace(content, plan=replace(content.plan, out=self.root), units=units)
 
-    @cached_property
+    @property
     def plan(self) -> Plan:
-        return self._parsed(self._plan)
+        return self.content.plan
 
-    @cached_property
-    def units(self) -> list[Unit]:
-        return self._parsed(lambda: [_unit(facts, self.root) for facts in self.facts["units"]])
+    @property
+    def units(self) -> Sequence[Unit]:
+        return self.content.units
 
     @property
     def shards(self) -> range:
-        return range(len(self.facts["sizes"]))
+        return range(len(self.content.sizes))
 
     def tasks(self, number: int) -> list[Task]:
         """The tasks of a shard. Raises BenchError where there is none of this number."""
         path = self.folder / "tasks" / f"{number}.json"
-        if not path.exists() and self.facts:
+        if not path.exists() and self.content:
             raise BenchError(f"{self.folder} has no shard {number}")
-        return [
-            Task(tuple(cases), {int(unit): mine for unit, mine in lacking.items()})
-            for cases, lacking in _read(path)
-        ]
+        tasks: list[Task] = _read(path, list[Task])
+        return tasks
 
     def lacking(self, number: int) -> list[Task]:
-        """The tasks of a shard without what is answered."""
+        """The tasks of a shard without cases that are answered."""
         done = {(unit, entry.case) for unit, entry in self._entries(f"{number}-*.jsonl")}
-        found = []
+        tasks = []
         for task in self.tasks(number):
-            left = {u: [case for case in mine if (u, case) not in done] for u, mine in task.lacking.items()}
-            if left := {unit: mine for unit, mine in left.items() if mine}:
-                found.append(replace(task, lacking=left))
-        return found
+            left = {
+                u: [case for case in cases if (u, case) not in done] for u, cases in task.lacking.items()
+            }
+            if left := {unit: cases for unit, cases in left.items() if cases}:
+                tasks.append(replace(task, lacking=left))
+        return tasks
 
-    def writer(self, number: int) -> "PartWriter":
-        """Of answers of a shard, to a file of its own. Raises BenchError where the plan was removed."""
+    def writer(self, number: int) -> Callable[[int, CaseResult], None]:
+        """A function that takes answers of a shard, and writes a line each, at once, to a file of its own.
+        It raises FileError. Raises BenchError where the plan was removed."""
         if not (self.folder / "plan.json").exists():
             raise BenchError(f"{self.folder} is gone: its run has ended, or another one continued it")
-        return PartWriter(self.folder / "parts" / f"{number}-{secrets.token_hex(6)}.jsonl")
+        return partial(_append, self.folder / "parts" / f"{number}-{secrets.token_hex(6)}.jsonl")
 
     def answers(self, number: int | None = None) -> Iterator[Answer]:
-        """What is finished, each once, of one shard or of all."""
+        """Finished answers, each once, of one shard or of all."""
         seen = set()
         for unit, entry in self._entries("*.jsonl" if number is None else f"{number}-*.jsonl"):
             if (unit, entry.case) not in seen:
@@ -249,113 +267,63 @@ class StoredPlan:
         with suppress(OSError):  # it holds others
             self.folder.parent.rmdir()
 
-    def _parsed(self, parse: Callable[[], T]) -> T:
-        try:
-            return parse()
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            problem = f"was stored by another version of retarget-bench ({error!r}); all machines need one"
-            raise FileError(self.folder / "plan.json", problem) from error
 
-    def _plan(self) -> Plan:
-        facts = self.facts["plan"]
-        typed: dict[str, Any] = {
-            each: tuple(map(Spec.parse, facts[each])) for each in ("methods", "datasets")
-        }
-        typed |= {each: tuple(facts[each]) for each in ("splits", "metrics", "clips")}
-        typed["plugin_files"] = tuple(map(tuple, facts["plugin_files"]))
-        typed["external"] = Path(facts["external"]) if facts["external"] else None
-        return Plan(**{**facts, **typed, "out": self.root})
-
-
-class PartWriter:
-    """A file that takes answers, a line each, written at once."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def write(self, unit: int, entry: CaseResult) -> None:
-        """Raises FileError."""
-        line = json.dumps([unit, vars(entry)], allow_nan=False) + "\n"
-        try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            with self._path.open("ab", buffering=0) as file:
-                file.write(line.encode())
-        except OSError as error:
-            raise FileError(self._path, f"cannot be written ({error.strerror})") from error
+def _append(path: Path, unit: int, entry: CaseResult) -> None:
+    """Raises FileError."""
+    line = json.dumps([unit, vars(entry)], allow_nan=False) + "\n"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("ab", buffering=0) as file:
+            file.write(line.encode())
+    except OSError as error:
+        raise FileError(path, f"cannot be written ({error.strerror})") from error
 
 
 def machine_facts(plan: Plan, methods: Iterable[Spec], data: Iterable[Spec]) -> dict[str, str]:
     """Versions, code and data that results depend on: what all machines of a run must have in common."""
     codes = bound.metrics(plan.metrics).versions
-    found = versions() | {f"metric {name}": code for name, code in codes.items()}
+    facts = versions() | {f"metric {name}": code for name, code in codes.items()}
     if plan.external:
-        found["the folder of predictions"] = folder_hash(plan.external)
+        facts["the folder of predictions"] = folder_hash(plan.external)
     else:
-        found |= {f"method {spec.names}": bound.method(spec).code for spec in methods}
-    return found | {
+        facts |= {f"method {spec.names}": bound.method(spec).code for spec in methods}
+    return facts | {
         f"data set {spec.name}": data_of(bound.dataset(spec), plan.task).content for spec in data
     }
 
 
-def left_over(root: Path, keys: Mapping[ResultPaths, Mapping[str, str]]) -> list[StoredPlan]:
-    """Plans of runs that ended before they were complete, of any of these results."""
-    found = []
+def left_over(root: Path, results: Collection[ResultPaths]) -> list[StoredPlan]:
+    """Stored plans of runs that ended before they were complete, of any of these results; none of damaged
+    files."""
+    plans = []
     for path in sorted((root / FOLDER).glob("*/plan.json")):
         stored = StoredPlan(path.parent)
         with suppress(FileError):
-            if {replace(unit.paths, root=root) for unit in stored.units} & keys.keys():
-                found.append(stored)
-    return found
+            if any(replace(unit.paths, root=root) in results for unit in stored.units):
+                plans.append(stored)
+    return plans
 
 
-def taken_over(
-    plans: Iterable[StoredPlan], keys: Mapping[ResultPaths, Mapping[str, str]], root: Path
-) -> Iterator[tuple[ResultPaths, CaseResult]]:
-    """Answers that such runs finished and that are answers of these results; none of damaged files."""
-    for stored in plans:
-        with suppress(FileError):
-            for number, entry in stored.answers() if stored.plan.stage != "predict" else ():
-                unit = stored.units[number]
-                here = replace(unit.paths, root=root)
-                if keys.get(here) == unit.keys:
-                    yield here, entry
+@cache
+def _schema(kind: Any) -> Any:
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(kind)
 
 
-def _plan_facts(plan: Plan, data: Iterable[Spec]) -> dict[str, Any]:
-    left_out = ("out", "executor")
-    facts = {name: value for name, value in vars(plan).items() if name not in left_out}
-    facts |= {"methods": list(map(str, plan.methods)), "datasets": list(map(str, data))}
-    return facts | {"external": str(plan.external.resolve()) if plan.external else None}
+def _write(path: Path, kind: Any, content: object) -> None:
+    write_text(path, _schema(kind).dump_json(content).decode() + "\n")
 
 
-def _unit_facts(unit: Unit) -> dict[str, Any]:
-    paths = unit.paths
-    return {
-        **{name: value for name, value in vars(unit).items() if name != "paths"},
-        "dataset": str(unit.dataset),
-        "method": str(unit.method),
-        "inputs": vars(unit.inputs),
-        "place": [paths.dataset, paths.task, paths.split, paths.method],
-    }
+def _read(path: Path, kind: Any) -> Any:
+    from pydantic import ValidationError
 
-
-def _unit(facts: Mapping[str, Any], root: Path) -> Unit:
-    inputs: dict[str, Any] = {n: tuple(v) if isinstance(v, list) else v for n, v in facts["inputs"].items()}
-    typed = {
-        "dataset": Spec.parse(facts["dataset"]),
-        "method": Spec.parse(facts["method"]),
-        "paths": ResultPaths(root, *facts["place"]),
-        "inputs": Inputs(**inputs),
-    }
-    return Unit(**{name: value for name, value in facts.items() if name != "place"} | typed)
-
-
-def _write(path: Path, facts: Any) -> None:
-    write_text(path, json.dumps(facts, allow_nan=False) + "\n")
-
-
-def _read(path: Path) -> Any:
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return _schema(kind).validate_python(json.loads(path.read_text(encoding="utf-8")))
+    except ValidationError as error:
+        problem = (
+            f"was stored by another version of retarget-bench ({mistakes(error)}); all machines need one"
+        )
+        raise FileError(path, problem) from error
     except (OSError, ValueError) as error:
         raise FileError(path, f"is not part of a stored plan ({error}); run bench run again") from error

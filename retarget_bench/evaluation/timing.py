@@ -1,7 +1,7 @@
 """Speed of methods: measured while no other is asked, one case at a time, after a warm-up.
 
 Times stand in files of their own, never in rows or keys: they differ from run to run and machine to
-machine, and rows must not. All that is told of speeds is read from there. Beside every time stands that of
+machine, and rows must not. Speeds are read from there alone. Beside every time stands that of
 a fixed piece of work at the same moment, the yardstick, so that times of a busy moment, or of a slower
 machine, are not shown as if they were of a quiet one.
 """
@@ -22,7 +22,7 @@ from retarget_bench.files import digest, write_csv
 from retarget_bench.results.store import ResultPaths, read_cases, read_csv
 
 if TYPE_CHECKING:
-    from retarget_bench.evaluation.prediction.questions import Asked
+    from retarget_bench.evaluation.prediction.questions import Question
     from retarget_bench.evaluation.prediction.workers import PredictionWorker
 
 U = TypeVar("U")
@@ -74,21 +74,21 @@ def spread(infos: Sequence[CaseInfo]) -> tuple[CaseInfo, ...]:
 
 def yardstick() -> float:
     """Seconds of a fixed piece of work in one thread: the middle one of three."""
-    taken = []
+    seconds = []
     for _ in range(3):
         start = time.perf_counter()
         sum(number * number for number in range(WORK))
-        taken.append(time.perf_counter() - start)
-    return sorted(taken)[1]
+        seconds.append(time.perf_counter() - start)
+    return sorted(seconds)[1]
 
 
 def measured(
     worker: PredictionWorker,
-    questions: Callable[[Sequence[Case]], list[Asked]],
+    questions: Callable[[Sequence[Case]], list[Question]],
     data: Dataset,
     infos: Sequence[CaseInfo],
 ) -> list[Time]:
-    """Seconds for a few cases, by the clock of whoever asks, after the method has answered one before.
+    """Seconds for a few cases, by the clock of the asking process, after the method has answered one.
 
     Every question is another one, so that nothing is gained by remembering: each is a case without its
     first few frames. Handing over counts, as it does for all methods alike.
@@ -118,9 +118,9 @@ def measured(
 
 def _view(case: Case, number: int) -> Case:
     """A case without so many of its first frames, as far as there are others."""
-    kept = slice(min(number, case.source.frames - 1), None)
-    known = ("source", "reference", "alternative", "source_motion")
-    return replace(case, **{name: (each := getattr(case, name)) and each.at(kept) for name in known})
+    frames = slice(min(number, case.source.frames - 1), None)
+    names = ("source", "reference", "alternative", "source_motion")
+    return replace(case, **{name: (each := getattr(case, name)) and each.at(frames) for name in names})
 
 
 def read(paths: ResultPaths, clips: Container[str] | None = None) -> list[Time]:
@@ -141,9 +141,9 @@ def read(paths: ResultPaths, clips: Container[str] | None = None) -> list[Time]:
 def _read(place: ResultPaths) -> list[Time]:
     """The times in a file. Raises FileError."""
     try:
-        found = read_csv(place.timing, FIELDS)
-        rows = [row[:-1] for row in found]
-        if any(row[-1] != _sum(rows) for row in found):
+        lines = read_csv(place.timing, FIELDS)
+        rows = [row[:-1] for row in lines]
+        if any(row[-1] != _sum(rows) for row in lines):
             raise ValueError("it is not as it was written")
         return [Time(case, int(frames), *map(float, seconds)) for case, frames, *seconds in rows]
     except (FileError, OSError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""``card.toml``: what a submission says beside its results, as its authors know it."""
+"""``card.toml``: the authors, training and costs of a submitted method."""
 
 import json
 from pathlib import Path
@@ -16,7 +16,7 @@ from retarget_bench.results.header import MethodInfo
 CARD, LARGEST = "card.toml", 1_000_000
 """The file, and the bytes that it may have."""
 FILL_IN = "TO BE FILLED IN"
-"""What stands where only the authors know."""
+"""The placeholder of facts that only the authors know."""
 
 
 Text = Annotated[str, Field(min_length=1, max_length=10_000)]
@@ -71,24 +71,24 @@ def read(folder: Path) -> Card:
 
 
 def begun(about: MethodInfo, rate: float | None) -> str:
-    """The text of a card with what results say of a method; the rest is to be filled in.
+    """The text of a card, begun with facts from the results of a method; the rest is to be filled in.
 
     rate: frames per second; None where the results have no times. Raises BenchError for a method that is
     not here.
     """
     built = None if about.external else bound.method(Spec.parse(about.label).here).built
-    said = optional.method_card(built) if built else MethodCard("", "", "")
-    known = {
+    about_method = optional.method_card(built) if built else MethodCard("", "", "")
+    facts = {
         "version": about.version,
         "authors": [FILL_IN],
-        "licence": said.licence,
+        "licence": about_method.licence,
         "summary": about.summary,
-        "paper": said.paper,
+        "paper": about_method.paper,
         "frames_per_second": rate and float(f"{rate:.3g}"),
     }
     lines = []
     for name, field in Card.model_fields.items():
-        fact = known.get(name) or (FILL_IN if field.is_required() else field.default)
+        fact = facts.get(name) or (FILL_IN if field.is_required() else field.default)
         # JSON's texts, numbers and lists are TOML's, too
         lines.append(f"{name} = {json.dumps(fact, ensure_ascii=False)}\n")
     return "".join(lines)

@@ -60,7 +60,7 @@ def export(data: Dataset, name: str, infos: Sequence[CaseInfo], folder: Path) ->
 
 
 def manifest_facts(data: Dataset, name: str, conventions: str) -> dict[str, Any]:
-    """What every manifest of an export says of its data set. name: the data set's spec."""
+    """Facts of a data set in every manifest of an export. name: the data set's spec."""
     return {
         "schema": SCHEMA,
         "made_by": f"retarget-bench {__version__}",

@@ -52,30 +52,30 @@ def check(folder: Path, root: str | None = None) -> tuple[list[str], list[str]]:
     there is no folder.
     """
     if not folder.is_dir() or folder.is_symlink():
-        raise FileError(folder, "is no folder; a submission is one (bench submit --make writes it)")
+        raise FileError(folder, "is not a folder; a submission is one (bench submit --make writes it)")
     warnings: list[str] = []
     errors = sorted(unsafe(folder)) or list(_wrong(folder, root, warnings))
     if not errors:
         try:
             builder.tables(split_summaries(store.find_results(folder)))
-        except Exception as error:  # whatever somebody sent
+        except Exception as error:  # a submission may hold anything
             errors.append(f"no table can be made of it: {type(error).__name__} {error}")
     return [printable(each)[:LONGEST] for each in errors], [printable(each)[:LONGEST] for each in warnings]
 
 
 def unsafe(folder: Path) -> Iterator[str]:
-    """What must not be in a submission, told before any file is opened. No link is followed."""
+    """Contents that a submission must not have, listed before any file is opened. No link is followed."""
     for number, path in enumerate(folder.rglob("*")):
         if number == MOST or len(path.relative_to(folder).parts) > DEEPEST:
             yield f"{folder} holds more than {MOST:,} files, or some more than {DEEPEST} folders deep"
             return
-        found = path.lstat()
-        if stat.S_ISLNK(found.st_mode):
+        status = path.lstat()
+        if stat.S_ISLNK(status.st_mode):
             yield f"{path} is a link; a submission holds its files itself"
-        elif not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
-            yield f"{path} is no ordinary file"
-        elif found.st_size > LARGEST:
-            yield f"{path} is of {found.st_size:,} bytes, more than the {LARGEST:,} that it may have"
+        elif not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
+            yield f"{path} is not an ordinary file"
+        elif status.st_size > LARGEST:
+            yield f"{path} is of {status.st_size:,} bytes, more than the {LARGEST:,} that it may have"
 
 
 def _wrong(folder: Path, root: str | None, warnings: list[str]) -> Iterator[str]:
@@ -100,8 +100,8 @@ def _wrong(folder: Path, root: str | None, warnings: list[str]) -> Iterator[str]
         if header.unanswered:
             warnings.append(f"{where}: answers {header.counts.ok} of {header.counts.asked} cases")
         if moved := sorted(_other_versions(header)):
-            told = f"scored by other versions of {', '.join(moved)} than are installed here"
-            warnings.append(f"{where}: {told}; tables show such numbers apart")
+            warning = f"scored by other versions of {', '.join(moved)} than are installed here"
+            warnings.append(f"{where}: {warning}; tables show such numbers apart")
     there = {place.split for place in headers}
     if missing := [split for split in data.built.card.splits if split not in there]:
         warnings.append(f"no rows of {', '.join(missing)}: the data set has such cases")
@@ -116,13 +116,13 @@ def _data(folder: Path, headers: list[ResultHeader], root: str | None) -> BoundD
     if len(specs) > 1 or len(labels) > 1:
         several = f"{', '.join(sorted(labels))} on {', '.join(sorted(specs))}"
         raise BenchError(f"the rows are of {several}; a submission is of one method on one data set")
-    named = bound.dataset(specs.pop())
-    spec = Spec(named.spec.name, named.parameters)  # no submission says where files lie
+    installed = bound.dataset(specs.pop())
+    spec = Spec(installed.spec.name, installed.parameters)  # no submission says where files lie
     return bound.dataset(spec if root is None else spec.with_parameters(root=root))
 
 
 def _wrong_in(place: ResultPaths, header: ResultHeader, dataset: BoundDataset) -> Iterator[str]:
-    """What is wrong with the results on one split. Raises BenchError where the rest cannot be checked."""
+    """Faults of the results on one split. Raises BenchError where the rest cannot be checked."""
     data = dataset.built
     if not place.complete:
         raise BenchError(f"the results are not complete: {place.begun.name} is what a run began with")
@@ -132,7 +132,7 @@ def _wrong_in(place: ResultPaths, header: ResultHeader, dataset: BoundDataset) -
         called = f"{header.dataset.label} in {place.dataset}/"
         yield f"the data set is called {called}; it is {data.label} in {dataset.slug}/"
     if header.method.control:
-        yield "a control is no submission"
+        yield "a control cannot be submitted"
     there = [place.file(end) for end in store.ENDS if end not in header.files and place.file(end).exists()]
     if there:
         yield f"its header has no checksum of {', '.join(path.name for path in there)}"
@@ -151,15 +151,15 @@ def _wrong_in(place: ResultPaths, header: ResultHeader, dataset: BoundDataset) -
 
 
 def _check_cases(place: ResultPaths, data: Dataset) -> None:
-    """Raises BenchError where the cases, or what else is said of them, are not the data set's."""
+    """Raises BenchError where the cases or their metadata are not the data set's."""
     infos = list(data.cases(place.task, place.split))
     with TemporaryDirectory() as temporary:
         own = replace(place, root=Path(temporary))
         store.write_cases(own, infos)
         case_metadata.write(own, data, infos)
         for path in place.folder.glob("cases*.csv"):
-            ours = own.folder / path.name
-            if not ours.exists() or store.checksum(ours) != store.checksum(path):
+            expected = own.folder / path.name
+            if not expected.exists() or store.checksum(expected) != store.checksum(path):
                 raise BenchError(f"{path.name} is not what the data set says here")
 
 
@@ -172,7 +172,9 @@ def _installed(header: ResultHeader) -> BoundMetrics:
 
 def _other_versions(header: ResultHeader) -> set[str]:
     """The metrics of a result that are installed here in another version."""
-    return {name for name, ours in _installed(header).versions.items() if header.metrics[name] != ours}
+    return {
+        name for name, version in _installed(header).versions.items() if header.metrics[name] != version
+    }
 
 
 def _wrong_metrics(header: ResultHeader, task: str) -> Iterator[str]:
@@ -188,19 +190,21 @@ def _wrong_metrics(header: ResultHeader, task: str) -> Iterator[str]:
         if (len(there), there) > (len(here), here):
             yield f"scored by a newer version of {name} than is installed; upgrade retarget-bench"
         for value in metric.card.computed:
-            said, ours = header.declared.get(value.id), DeclaredValue.of(value, name)
-            if said is None and name not in others:
+            declared, here_declared = header.declared.get(value.id), DeclaredValue.of(value, name)
+            if declared is None and name not in others:
                 yield f"the header lacks {value.id} of {name}"
-            elif said and (other := [f for f in READ_BY if getattr(said, f) != getattr(ours, f)]):
+            elif declared and (
+                other := [f for f in READ_BY if getattr(declared, f) != getattr(here_declared, f)]
+            ):
                 yield f"the header declares another {other[0]} of {value.id} than its metric"
 
 
 # -------------------------------------------------------------------------------------------- numbers
 def _wrong_numbers(results: Results) -> Iterator[str]:
-    """Of every value the first number that no motion gives; answered cases, and sets, without any."""
+    """The first impossible number of every value; answered cases, and sets, without any number."""
     header, broken = results.header, dict[str, str]()
     metrics = registry.working("metrics")[0].values()
-    known = {value.id: value for metric in metrics for value in metric.card.computed}
+    declared = {value.id: value for metric in metrics for value in metric.card.computed}
     per_joint = store.read_results(results.paths, arrays=True).numbers
     rated = np.zeros(len(results.infos), dtype=bool)
     for column in results.numbers.values():
@@ -210,11 +214,11 @@ def _wrong_numbers(results: Results) -> Iterator[str]:
             broken[name] = f"the header does not say what {name} is"
         elif bool(point) != bool(header.values[name].index):
             broken[name] = f"{name} is {'a' if point else 'no'} curve"
-        elif name in known:
+        elif name in declared:
             for at in np.flatnonzero(~np.isnan(column)):
-                if not _possible(known[name], column[at]):
-                    told = f"{name} of {results.infos[at].id} is {column[at]:g}, which is not possible"
-                    broken.setdefault(name, told)
+                if not _possible(declared[name], column[at]):
+                    problem = f"{name} of {results.infos[at].id} is {column[at]:g}, which is not possible"
+                    broken.setdefault(name, problem)
     yield from broken.values()
     for info, has in zip(results.infos, rated, strict=True):
         if not has and info.id not in header.unanswered:
@@ -226,7 +230,7 @@ def _wrong_numbers(results: Results) -> Iterator[str]:
             yield f"values of {name} are left out"
     for each in sets:
         shown = [number for number in (each.value, each.floor) if number is not None]
-        if each.value_id in known and not all(_possible(known[each.value_id], n) for n in shown):
+        if each.value_id in declared and not all(_possible(declared[each.value_id], n) for n in shown):
             yield f"{each.value_id} of {each.structure} is {each.value}, floor {each.floor}: not possible"
 
 
@@ -235,8 +239,8 @@ def _possible(value: Value, number: float) -> bool:
 
 
 def _scored_again(results: Results, data: Dataset, predictions: Path) -> Iterator[str]:
-    """A few cases of which the predictions give other numbers than the rows say."""
-    said = {entry.case: entry.values for entry in results.entries}
+    """Disagreements of the rows with a few predictions that are scored again."""
+    values_of = {entry.case: entry.values for entry in results.entries}
     metrics = _installed(results.header).of_cases
     for info in spread([info for info in results.infos if info.id not in results.header.unanswered]):
         case = data.load(info)
@@ -245,9 +249,9 @@ def _scored_again(results: Results, data: Dataset, predictions: Path) -> Iterato
             yield f"{info.id} has rows, but its prediction: {outcome.message}"
             continue
         for name, number in score(metrics, case, as_scored(outcome.prediction)).values.items():
-            known = said.get(info.id, {}).get(name)
-            if isinstance(number, float) and (not isinstance(known, float) or not _same(number, known)):
-                there = f"{known:.6g}" if isinstance(known, float) else "nothing"
+            stored = values_of.get(info.id, {}).get(name)
+            if isinstance(number, float) and (not isinstance(stored, float) or not _same(number, stored)):
+                there = f"{stored:.6g}" if isinstance(stored, float) else "nothing"
                 yield f"{info.id} scored again gives {number:.6g} as {name}, and the rows say {there}"
                 break
 

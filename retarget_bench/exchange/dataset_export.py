@@ -57,8 +57,8 @@ class _Folder:
         if path.exists() and not path.is_dir():
             raise BenchError(f"{path} is a file; name a folder")
         if (path / MANIFEST).exists():
-            if (known := _head(path / MANIFEST)) != head:
-                raise BenchError(f"{path} holds another export ({known}); name a new folder")
+            if (other := _head(path / MANIFEST)) != head:
+                raise BenchError(f"{path} holds another export ({other}); name a new folder")
         elif path.exists() and any(path.iterdir()):
             raise BenchError(f"{path} is not empty and holds no export; name a new or empty folder")
         else:
@@ -78,8 +78,8 @@ class _Folder:
         if isinstance(content, str):
             write_text(self.path / name, content)
         elif not isinstance(content, Motion):
-            known = f"{content.character.name} is known by joint positions only"
-            raise NotSupported(f"{known}; motion files need rotations")
+            problem = f"{content.character.name} is known by joint positions only"
+            raise NotSupported(f"{problem}; motion files need rotations")
         elif self.form == "bvh":
             bvh.write(self.path / name, content, scale=SCALE)
         else:
@@ -98,7 +98,7 @@ def _head(path: Path) -> str:
     try:
         return str(read_json(path)["export"])
     except (FileError, KeyError, TypeError) as error:
-        raise BenchError(f"{path} is no manifest of an export; name a new folder") from error
+        raise BenchError(f"{path} is not the manifest of an export; name a new folder") from error
 
 
 def _checksum(path: Path) -> str:
@@ -128,8 +128,8 @@ def export(data: Dataset, name: str, folder: Path, form: str = "bvh") -> Iterato
     ]
     training = [
         (structure, character, clips, number)
-        for structure, mine in optional.training(data).items()
-        for character, clips in mine.items()
+        for structure, characters_of in optional.training(data).items()
+        for character, clips in characters_of.items()
         for number in range(len(clips))
     ]
     total = len(listed) + len(training)
@@ -160,13 +160,13 @@ def export(data: Dataset, name: str, folder: Path, form: str = "bvh") -> Iterato
 
 
 def _characters(target: _Folder, data: Dataset) -> list[dict[str, Any]]:
-    found = []
+    rows = []
     for name, body in data.characters().items():
         file = f"characters/{slug(name)}.{target.form}"
         target.add(file, standing(body))
         height = round(float(body.height), 6)
-        found.append({"name": name, "structure": body.structure, "height": height, "file": file})
-    return found
+        rows.append({"name": name, "structure": body.structure, "height": height, "file": file})
+    return rows
 
 
 def _case(target: _Folder, data: Dataset, part: str, info: CaseInfo) -> dict[str, Any]:
@@ -183,27 +183,26 @@ def _case(target: _Folder, data: Dataset, part: str, info: CaseInfo) -> dict[str
         for kind in ("source", "reference", "alternative"):
             if (motion := getattr(case, kind)) is not None:
                 target.add(files[f"{kind}_file"], motion)
-        if known := _labels(data, info, case.contacts):
-            target.add(files["labels_file"], json.dumps(known) + "\n")
+        if labels := _labels(data, info, case.contacts):
+            target.add(files["labels_file"], json.dumps(labels) + "\n")
     present = {key: file for key, file in files.items() if target.has(file)}
     row = {**asdict(info), **present}
-    if isinstance(data, optional.OffersUnseen):
-        row["not_in_training"] = sorted(data.unseen(info))
+    if (unseen := optional.unseen(data, info)) is not None:
+        row["not_in_training"] = sorted(unseen)
     return {"part": part, **row} if part else row
 
 
 def _labels(data: Dataset, info: CaseInfo, contacts: Any) -> dict[str, Any]:
-    """Contacts, and whatever else the data set knows of every frame."""
-    found: dict[str, Any] = {}
+    """Labels of every frame: contacts, and those that the data set offers."""
+    facts: dict[str, Any] = {}
     if contacts is not None:
         for name in ("planted", "pivoting"):
             if (label := getattr(contacts, name)) is not None:
                 columns = zip(contacts.roles, np.asarray(label).T, strict=True)
-                found[name] = {role: runs(column).tolist() for role, column in columns}
-    if isinstance(data, optional.OffersLabels):
-        known = data.labels(info)
-        starts = [0, *(np.flatnonzero(known.kind[1:] != known.kind[:-1]) + 1).tolist(), len(known.kind)]
-        found["kind"] = [[str(known.kind[first]), first, end] for first, end in pairwise(starts)]
-        found["phase"] = [round(float(value), 4) for value in known.phase]
-        found["touches"] = {name: runs(label).tolist() for name, label in known.touches.items()}
-    return found
+                facts[name] = {role: runs(column).tolist() for role, column in columns}
+    if (labels := optional.labels(data, info)) is not None:
+        starts = [0, *(np.flatnonzero(labels.kind[1:] != labels.kind[:-1]) + 1).tolist(), len(labels.kind)]
+        facts["kind"] = [[str(labels.kind[first]), first, end] for first, end in pairwise(starts)]
+        facts["phase"] = [round(float(value), 4) for value in labels.phase]
+        facts["touches"] = {name: runs(label).tolist() for name, label in labels.touches.items()}
+    return facts

@@ -34,23 +34,23 @@ def leaderboard(folder: Path, root: str | None = None) -> tuple[list[Table], lis
     Of two that are equal, or of one method, the older one is shown, by the dates of their rows. root: see
     ``check``. Raises BenchError where the folder has none.
     """
-    found = sorted((path.parent for path in folder.glob(f"*/{CARD}")), key=_age)
-    if not found:
+    folders = sorted((path.parent for path in folder.glob(f"*/{CARD}")), key=_age)
+    if not folders:
         raise BenchError(f"{folder} holds no submissions: folders of results with a {CARD}")
     left_out: list[str] = []
     cards: dict[str, Card] = {}
     places: list[ResultPaths] = []
-    for each in found:
+    for each in folders:
         try:
-            mine = _sound(each, root, places)
-            label = store.read_header(mine[0].header).method.label
+            results = _sound(each, root, places)
+            label = store.read_header(results[0].header).method.label
             if label in cards:
                 raise BenchError(f"{label} is submitted twice")
             cards[label] = card.read(each)
-            places += mine
-        except Exception as error:  # whatever somebody sent, the others are shown
-            said = str(error) or type(error).__name__
-            left_out.append(printable(f"{each.name} is left out: {said}")[:LONGEST])
+            places += results
+        except Exception as error:  # a submission may hold anything; the others are shown
+            problem = str(error) or type(error).__name__
+            left_out.append(printable(f"{each.name} is left out: {problem}")[:LONGEST])
     left_out.sort()
     if not cards:
         raise BenchError("no submission is sound. " + ". ".join(left_out))
@@ -62,13 +62,13 @@ def _sound(folder: Path, root: str | None, others: Sequence[ResultPaths]) -> lis
     errors, _ = check(folder, root)
     if errors:
         raise BenchError(errors[0])
-    mine = store.find_results(folder)
-    for one in mine:
+    results = store.find_results(folder)
+    for one in results:
         entries = store.read_results(one).entries
         for other in others:
             if one.split == other.split and entries == store.read_results(other).entries:
                 raise BenchError(f"its rows are those of {other.root.name}")
-    return mine
+    return results
 
 
 def _age(folder: Path) -> tuple[str, str]:
@@ -81,13 +81,13 @@ def _age(folder: Path) -> tuple[str, str]:
 
 
 def _costs(cards: Mapping[str, Card], left_out: Sequence[str]) -> Table:
-    """What every method costs; who made it, and what is left out, stands below."""
-    named = sorted(cards.items())
+    """The table of costs, with credits and what is left out below."""
+    listed = sorted(cards.items())
     rows = [
         Row(label, "", tuple(_cell(getattr(each, column.id)) for column in COSTS), "")
-        for label, each in named
+        for label, each in listed
     ]
-    notes = (*(_credit(label, each) for label, each in named), *left_out)
+    notes = (*(_credit(label, each) for label, each in listed), *left_out)
     group = Group("as submitted", "", COSTS, tuple(rows), ())
     reading = "Measured on the submitters' machines, so not ranked."
     return Table("Cost", (group,), notes=notes, reading=reading)

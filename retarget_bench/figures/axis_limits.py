@@ -22,16 +22,16 @@ MARGIN = 0.03
 
 
 def top(highest: Sequence[float], decimals: int = 2, others: Sequence[float] = ()) -> float:
-    """The end of an axis, from the highest number of every method: what is far worse is left out.
+    """The end of an axis, from the highest number of every method; far worse ones are left out.
 
     decimals: with which the numbers are written; methods that have nothing but zeros then do not count.
     others: numbers that the axis reaches to as well, such as controls', but that do not count as methods.
     """
-    known = [each for each in highest if np.isfinite(each) and each >= 0.5 * 10.0**-decimals]
-    if not known:
+    numbers = [each for each in highest if np.isfinite(each) and each >= 0.5 * 10.0**-decimals]
+    if not numbers:
         return 10.0**-decimals
-    longest = max([*known, *(each for each in others if np.isfinite(each))])
-    return float(min(longest, ROOM * float(np.median(known))))
+    longest = max([*numbers, *(each for each in others if np.isfinite(each))])
+    return float(min(longest, ROOM * float(np.median(numbers))))
 
 
 def limits(
@@ -51,7 +51,7 @@ def limits(
     means: label -> all that is drawn of it. headers: label -> the header of its results. declared: the
     value, as results declare it. from_zero: whether the axis reaches down to 0.
     """
-    shown = {label: found for label, each in means.items() if (found := list(each))}
+    shown = {label: listed for label, each in means.items() if (listed := list(each))}
     every = [mean for each in shown.values() for mean in each]
     highs = [mean.value if mean.interval is None else max(mean.value, mean.interval.high) for mean in every]
     lows = [mean.value if mean.interval is None else min(mean.value, mean.interval.low) for mean in every]
@@ -87,8 +87,8 @@ def colour_end(numbers: Mapping[str, Sequence[float]], ranked: Iterable[str], sh
     """
     among = [each for label in ranked if (each := numbers.get(label))]
     among = among or [each for each in numbers.values() if each]
-    known = sorted(number for each in among for number in each)
-    if not known:
+    numbers_sorted = sorted(number for each in among for number in each)
+    if not numbers_sorted:
         return 1.0
     median = float(np.median([max(each) for each in among]))
-    return max(min(known[int(share * (len(known) - 1))], ROOM * median), 1e-9)
+    return max(min(numbers_sorted[int(share * (len(numbers_sorted) - 1))], ROOM * median), 1e-9)

@@ -21,7 +21,7 @@ from retarget_bench.tables.groups import FPS
 def ranked(places: Iterable[ResultPaths]) -> dict[str, ResultHeader]:
     """Label -> a header of its results: by rank in the first table (of retargeting, where there is one),
     then those that only later tables have."""
-    found: dict[str, ResultHeader] = {}
+    headers_of: dict[str, ResultHeader] = {}
     for group in apart(places):
         panels = selection.of_bodies(result_matrix.result_matrices(group))
         mains = {
@@ -32,12 +32,12 @@ def ranked(places: Iterable[ResultPaths]) -> dict[str, ResultHeader]:
         ]
         headers = {row.label: row.header for each in reversed(panels) for row in reversed(each.rows)}
         for label in dict.fromkeys([*order(sections, mains), *sorted(headers)]):
-            found.setdefault(label, headers[label])
-    return found
+            headers_of.setdefault(label, headers[label])
+    return headers_of
 
 
 def everything(roots: Iterable[Path]) -> list[ResultPaths]:
-    """All results under some folders, of every task: what ranks, and so colours, are of."""
+    """All results under some folders, of every task, from which ranks, and so colours, are made."""
     return [place for root in roots for task in TASKS for place in store.find_results(root, task)]
 
 
@@ -47,14 +47,14 @@ def styles(ranked: Mapping[str, ResultHeader]) -> dict[str, palette.MethodStyle]
 
     ranked: label -> a header of its results, in the order of ``ranked``.
     """
-    found: dict[str, palette.MethodStyle] = {}
+    styles_of: dict[str, palette.MethodStyle] = {}
     counts = {False: 0, True: 0}
     for label in sorted(ranked, key=lambda label: selection.is_variant(ranked[label].method, ranked)):
         header = ranked[label]
         control = header.method.control
-        found[label] = palette.method_style(counts[control], header.method)
+        styles_of[label] = palette.method_style(counts[control], header.method)
         counts[control] += 1
-    return found
+    return styles_of
 
 
 def colours(ranked: Mapping[str, ResultHeader]) -> dict[str, str]:
@@ -106,9 +106,9 @@ def _loss(mean: Mean, declared: DeclaredValue) -> float:
     return float(statistics.losses(np.array(mean.value), declared.better, declared.goal))
 
 
-def main_value(found: ResultMatrix, task: str) -> str | None:
+def main_value(matrix: ResultMatrix, task: str) -> str | None:
     """The first column of the tables of a split; None where no case has any of the usual ones."""
-    wanted = requested.TASK_COLUMNS.get(task.split("-")[0], ())
-    present = {value for value, _ in found.keys}
-    columns = (builder.stand_in(key, present) for key in (*wanted, *builder.DEFAULT_COLUMNS) if key != FPS)
+    first = requested.TASK_COLUMNS.get(task.split("-")[0], ())
+    present = {value for value, _ in matrix.keys}
+    columns = (builder.stand_in(key, present) for key in (*first, *builder.DEFAULT_COLUMNS) if key != FPS)
     return next((key for key in columns if key is not None), None)

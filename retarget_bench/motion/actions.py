@@ -1,4 +1,4 @@
-"""Standing about, going somewhere or sitting: what a body does in a clip, told from its hips and tail.
+"""Standing about, going somewhere or sitting: the action of a clip, by hips and tail.
 
 After PAN, section 7.2.2, which tells *move* from *idle* by the speed of the root and *sit* by whether hips
 or tail touch the ground. The thresholds are ours: none are published.
@@ -33,17 +33,19 @@ def action(motion: Motion | Positions, floor: float = 0.0) -> Action:
     character = motion.character
     height = character.measures.hip_height
     if "hips" not in character.joint_of or not height > 0:
-        raise NotSupported(f"{character.name} has no hips over the floor; nobody can tell whether it sits")
+        raise NotSupported(
+            f"{character.name} has no hips over the floor, so it cannot be seen whether it sits"
+        )
     places = motion.positions
     lower = [at for role, at in character.joint_of.items() if role == "hips" or role.startswith("tail")]
     touching = places[:, lower, 1].min(axis=1) - floor < TOUCHING * height
     if touching.mean() >= OFTEN:
         return "sit"
     level = places[:, character.joint_of["hips"], ::2]
-    return "move" if going(level / height, motion.fps) >= MOVING else "idle"
+    return "move" if path_speed(level / height, motion.fps) >= MOVING else "idle"
 
 
-def going(level: np.ndarray, fps: float) -> float:
+def path_speed(level: np.ndarray, fps: float) -> float:
     """The speed along a path ``(frames, 2)`` on the floor: the mean size of its velocities, each an
     average over a second or over the whole of a shorter clip, in units of the path per second."""
     frames = len(level)

@@ -71,15 +71,15 @@ class Aligned:
 
         rotations: ``(frames, joints, 4)`` unit, in this form. hips: ``(frames, 3)`` metres.
         """
-        _, seen = kinematics.forward(self.skeleton, rotations, np.zeros((len(rotations), 3)))
+        _, global_rotations = kinematics.forward(self.skeleton, rotations, np.zeros((len(rotations), 3)))
         parents = self.character.skeleton.parents.tolist()
         turned = rotation.identity(len(rotations), len(parents))
         above = set(ancestors(self.character.skeleton, self.joints[0]))
         for joint, parent in enumerate(parents):
             if joint in above:
-                turned[:, joint] = seen[:, 0]
+                turned[:, joint] = global_rotations[:, 0]
             elif joint in self._rank:
-                turned[:, joint] = seen[:, self._rank[joint]]
+                turned[:, joint] = global_rotations[:, self._rank[joint]]
             elif parent >= 0:
                 turned[:, joint] = turned[:, parent]
         local = transfer.from_relative(self.character, turned)

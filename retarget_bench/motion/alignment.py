@@ -4,7 +4,7 @@ import numpy as np
 
 RIGID = "R a proper rotation (determinant +1, so a mirrored body does not fit), t a translation"
 SIMILAR = "s a positive scale, R a proper rotation (determinant +1), t a translation"
-"""What fits are, in the formulas of metrics."""
+"""The definition of fits in the formulas of metrics."""
 
 
 def residuals(moving: np.ndarray, fixed: np.ndarray) -> tuple[float, float]:

@@ -36,7 +36,7 @@ class PosedBody:
         self.spine, self.neck, self.tail = (chain(roles, stem) for stem in ("spine", "neck", "tail"))
 
     def joints(self, *roles: str) -> list[int]:
-        """The joints that have one of these roles, in the order asked."""
+        """The joints that have one of these roles, in their order."""
         return [self.joint[role] for role in roles if role in self.joint]
 
     def sideways(self, side: str) -> np.ndarray:
@@ -109,9 +109,9 @@ class PosedBody:
         if crossed < 1e-3 * np.linalg.norm(self.across) * np.linalg.norm(self.trunk):
             return None
         by_trunk = frame(self.trunk, self.across, FORWARD if self.level else UP, LEFT)
-        found = snapped(by_trunk)
-        if not self.level or found is not by_trunk or not self.rests_in_a_pose:
-            return found
+        turn = snapped(by_trunk)
+        if not self.level or turn is not by_trunk or not self.rests_in_a_pose:
+            return turn
         legs = [self.line(*pair) for side in SIDES if len(pair := self.joints(*_leg(side))) == 2]
         upright = frame(np.mean(legs, axis=0), self.across, DOWN, LEFT) if legs else by_trunk
         return by_trunk if (exact := snapped(upright)) is upright else exact
@@ -147,19 +147,19 @@ class PosedBody:
         length = float(np.linalg.norm(tips[0])) if tips else 0.0
         return tips[0] / length if length > _NOTHING else np.zeros(3)
 
-    def swing(self, pose: np.ndarray, joint: int, child: int, wanted: np.ndarray) -> None:
-        """Turn a joint the shortest way so that its bone to ``child`` points along ``wanted``."""
-        self.swing_bone(pose, joint, self.bone(joint, child), wanted)
+    def swing(self, pose: np.ndarray, joint: int, child: int, direction: np.ndarray) -> None:
+        """Turn a joint the shortest way so that its bone to ``child`` points along ``direction``."""
+        self.swing_bone(pose, joint, self.bone(joint, child), direction)
 
-    def swing_bone(self, pose: np.ndarray, joint: int, bone: np.ndarray, wanted: np.ndarray) -> None:
+    def swing_bone(self, pose: np.ndarray, joint: int, bone: np.ndarray, direction: np.ndarray) -> None:
         """Likewise for any vector in the joint's frame. One that points the other way is first turned about
         the axis across the body (upright for sideways ones), so that the way round is definite."""
         turned = self.get_global(pose, joint)
         now = rotation.rotate(turned, bone)
-        if now @ wanted < _OPPOSITE:
-            half = rotation.about(LEFT if abs(wanted @ LEFT) < 0.5 else UP, np.pi)
+        if now @ direction < _OPPOSITE:
+            half = rotation.about(LEFT if abs(direction @ LEFT) < 0.5 else UP, np.pi)
             turned, now = rotation.multiply(half, turned), rotation.rotate(half, now)
-        self.set_global(pose, joint, rotation.multiply(rotation.between(now, wanted), turned))
+        self.set_global(pose, joint, rotation.multiply(rotation.between(now, direction), turned))
 
 
 def _leg(side: str) -> tuple[str, str]:

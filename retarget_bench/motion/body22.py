@@ -115,14 +115,16 @@ def folded(rotations: Array, lacks: Array, lacking: Sequence[int] | None = None)
     """
     if lacking is None:
         anywhere: Any = lacks.reshape(-1, JOINTS).any(0)
-        lacking = [rank for rank, gone in enumerate(anywhere.tolist()) if gone]
+        lacking = [rank for rank, missing in enumerate(anywhere.tolist()) if missing]
     if not lacking:
         return rotations
     parts = [rotations[..., rank, :] for rank in range(JOINTS)]
     for rank in lacking:  # parents first, so that what is handed on is handed on again
-        gone, turn = lacks[..., rank], parts[rank]
+        missing, turn = lacks[..., rank], parts[rank]
         for child in (child for child, parent in enumerate(PARENTS) if parent == rank):
             both = rotation.multiply(turn, parts[child])
-            parts[child] = rotation.where(gone, both, parts[child])
-        parts[rank] = rotation.where(gone, rotation.normalise(0 * turn), turn)  # zero becomes the identity
+            parts[child] = rotation.where(missing, both, parts[child])
+        parts[rank] = rotation.where(
+            missing, rotation.normalise(0 * turn), turn
+        )  # zero becomes the identity
     return rotation.stacked(parts)

@@ -78,16 +78,16 @@ class Character:
         sample: ``(frames, joints, 4)`` local rotations of any motion of this body. They show how bones are
                 twisted where the rest pose does not (all along one axis), and how elbows bend.
         """
-        found = tuple(roles) if roles is not None else find_roles(skeleton)
-        pose = reference_pose(skeleton, found, sample)
+        joint_roles = tuple(roles) if roles is not None else find_roles(skeleton)
+        pose = reference_pose(skeleton, joint_roles, sample)
         return cls(
             name=name,
             skeleton=skeleton,
             structure=structure or skeleton.topology_id,
-            roles=found,
+            roles=joint_roles,
             reference_pose=pose,
-            measures=measure(skeleton, found, pose),
-            hinges={} if sample is None else hinges.measured(skeleton, found, pose, sample),
+            measures=measure(skeleton, joint_roles, pose),
+            hinges={} if sample is None else hinges.measured(skeleton, joint_roles, pose, sample),
         )
 
     @cached_property
@@ -96,7 +96,7 @@ class Character:
         return {role: joint for joint, role in enumerate(self.roles) if role is not None}
 
     def joints(self, roles: Sequence[str]) -> list[int]:
-        """The joints that have one of these roles, in the order asked, missing ones left out."""
+        """The joints that have one of these roles, in their order, missing ones left out."""
         return [self.joint_of[role] for role in roles if role in self.joint_of]
 
     def hinge(self, role: str) -> np.ndarray | None:
@@ -107,15 +107,6 @@ class Character:
     def mesh(self) -> Mesh | None:
         """The body's surface on its own skeleton, None if the data set gives none."""
         return None if self.skin is None else self.skin()
-
-    def flesh(self, role: str) -> np.ndarray:
-        """``(n,)`` vertices of the mesh that belong to the joint of a role: the mesh's own group, else
-        those that follow the joint more than any other. Empty without the role or a mesh."""
-        if self.mesh is None or role not in self.joint_of:
-            return np.zeros(0, dtype=np.int64)
-        if role in self.mesh.groups:
-            return self.mesh.groups[role]
-        return np.flatnonzero(self.mesh.weights.argmax(axis=1) == self.joint_of[role])
 
     @property
     def height(self) -> float:
@@ -174,7 +165,7 @@ class _Frames:
     arrays: ClassVar[tuple[str, ...]]
     """The fields with a row for every frame."""
     kind: ClassVar[str]
-    """What the motion is known by, in the word of cards."""
+    """The kind of the motion, in the word of cards."""
 
     def _check(self, **shapes: tuple[int, ...]) -> None:
         """Make the arrays double precision; raises SkeletonError where fps or a shape is wrong."""
@@ -182,9 +173,9 @@ class _Frames:
         for name, shape in shapes.items():
             array = np.asarray(getattr(self, name), dtype=np.float64)
             object.__setattr__(self, name, array)
-            if array.shape != (wanted := (*getattr(self, self.arrays[0]).shape[:1], *shape)):
+            if array.shape != (expected := (*getattr(self, self.arrays[0]).shape[:1], *shape)):
                 raise SkeletonError(
-                    f"{self.character.name} has {len(self.skeleton)} joints: {name} must be {wanted}, "
+                    f"{self.character.name} has {len(self.skeleton)} joints: {name} must be {expected}, "
                     f"got {array.shape}"
                 )
 
@@ -328,15 +319,15 @@ def interpolated(
     if turning:
         return rotation.slerp(values[low], values[high], share[:, None])
     way = share.reshape(-1, *[1] * (values.ndim - 1))
-    found: np.ndarray = values[low] + way * (values[high] - values[low])
-    return found
+    blend: np.ndarray = values[low] + way * (values[high] - values[low])
+    return blend
 
 
-def resampled_frames(frames: int, fps: float, wanted: float) -> int:
+def resampled_frames(frames: int, fps: float, new_fps: float) -> int:
     """The number of frames that ``resample`` makes of so many."""
-    if step := _whole_step(fps, wanted):
+    if step := _whole_step(fps, new_fps):
         return len(range(0, frames, step))
-    return len(_grid(frames, fps, wanted)[0]) if frames else 0
+    return len(_grid(frames, fps, new_fps)[0]) if frames else 0
 
 
 def _check_fps(fps: float) -> None:
@@ -344,19 +335,19 @@ def _check_fps(fps: float) -> None:
         raise SkeletonError(f"frames per second must be positive, got {fps}")
 
 
-def _whole_step(fps: float, wanted: float) -> int | None:
+def _whole_step(fps: float, new_fps: float) -> int | None:
     """The step in frames when the rates differ by a whole factor, else None.
 
     Frame times in files are rounded (0.016667, .0083333), so 0.1 % counts as whole.
     """
-    _check_fps(wanted)
-    step = round(fps / wanted)
-    return step if step >= 1 and abs(fps / wanted - step) < 1e-3 * step else None
+    _check_fps(new_fps)
+    step = round(fps / new_fps)
+    return step if step >= 1 and abs(fps / new_fps - step) < 1e-3 * step else None
 
 
-def _grid(frames: int, fps: float, wanted: float) -> tuple[np.ndarray, np.ndarray]:
+def _grid(frames: int, fps: float, new_fps: float) -> tuple[np.ndarray, np.ndarray]:
     """For every new frame: the old frame at or before it, and the share of the way to the next."""
-    length = int(np.floor((frames - 1) * wanted / fps + 1e-6)) + 1
-    at = np.arange(length) * (fps / wanted)
+    length = int(np.floor((frames - 1) * new_fps / fps + 1e-6)) + 1
+    at = np.arange(length) * (fps / new_fps)
     low = np.minimum(np.floor(at + 1e-9).astype(int), frames - 1)
     return low, np.clip(at - low, 0.0, 1.0)

@@ -17,7 +17,7 @@ RULE = "hip_height"
 
 
 class MotionClips(Protocol):
-    """Motions of one character, each made when it is asked for."""
+    """Motions of one character, each made on access."""
 
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> Motion: ...
@@ -34,12 +34,12 @@ def poses(cast: Cast | None, target: Character, most: int) -> np.ndarray:
     Raises NotSupported where there is no such motion.
     """
     hips = target.joint_of.get("hips", 0)
-    found = []
+    chunks = []
     for motion in copied(cast, target, most):
         places = motion.positions
         turn = facing.facing(places, target)[:, None]
-        found.append(facing.seen(places - places[:, [hips]], turn))
-    return np.concatenate(found)
+        chunks.append(facing.seen(places - places[:, [hips]], turn))
+    return np.concatenate(chunks)
 
 
 def copied(cast: Cast | None, target: Character, most: int) -> list[Motion]:
@@ -55,14 +55,14 @@ def copied(cast: Cast | None, target: Character, most: int) -> list[Motion]:
         )
     chosen = [usable[index] for index in _evenly(len(usable), CLIPS).tolist()]
     share = max(1, most // len(chosen))
-    found = []
+    motions = []
     for clips, number in chosen:
         with suppress(Unusable):
             motion = clips[number]
-            found.append(transfer.carry(motion.at(_evenly(motion.frames, share)), target, RULE))
-    if not found:
+            motions.append(transfer.carry(motion.at(_evenly(motion.frames, share)), target, RULE))
+    if not motions:
         raise NotSupported(f"no clip that {target.name} could copy can be used")
-    return found
+    return motions
 
 
 def _evenly(count: int, most: int) -> np.ndarray:
@@ -73,12 +73,12 @@ def _evenly(count: int, most: int) -> np.ndarray:
 def _usable(cast: Cast, target: Character) -> list[tuple[MotionClips, int]]:
     """Clips by their number: of the target's structure, else of bodies on as many legs."""
     own = {target.structure: cast[target.structure]} if cast.get(target.structure) else cast
-    found = []
-    for clips in (clips for mine in own.values() for clips in mine.values()):
+    usable = []
+    for clips in (clips for characters in own.values() for clips in characters.values()):
         body = _body(clips)
         if body and body.four_legged == target.four_legged and transfer.reason(body, target) is None:
-            found += [(clips, number) for number in range(len(clips))]
-    return found
+            usable += [(clips, number) for number in range(len(clips))]
+    return usable
 
 
 def _body(clips: MotionClips) -> Character | None:
@@ -95,38 +95,38 @@ NOTHING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class Examples:
     """Poses seen from the joints that are given: their mean place is the origin, and they are turned about
     the vertical axis as the typical pose is, as well as that can be told.
 
     missing: joint numbers.
     typical: ``(given, 3)`` the mean pose.
-    seen:    ``(poses, given, 3)`` the given joints.
-    wanted:  ``(poses, missing, 3)`` the missing ones.
+    inputs:  ``(poses, given, 3)`` the given joints.
+    outputs: ``(poses, missing, 3)`` the missing ones.
     """
 
     missing: np.ndarray
     typical: np.ndarray
-    seen: np.ndarray
-    wanted: np.ndarray
+    inputs: np.ndarray
+    outputs: np.ndarray
 
 
 Fitted = Callable[[np.ndarray], np.ndarray]
 """From given joints as they are seen ``(frames, given, 3)`` to missing ones ``(frames, missing, 3)``."""
-Fit = Callable[[Known], Fitted]
+Fit = Callable[[Examples], Fitted]
 
 
-def known(found: np.ndarray, given: Sequence[int]) -> Known:
+def examples(poses: np.ndarray, joints: Sequence[int]) -> Examples:
     """Poses ``(poses, joints, 3)`` facing +Z, seen from some of their joints."""
-    at = np.array(given)
-    rest = np.setdiff1d(np.arange(found.shape[1]), at)
-    typical = (found[:, at] - found[:, at].mean(axis=1, keepdims=True)).mean(axis=0)
-    seen, origin, turn = look(found[:, at], typical)
-    return Known(rest, typical, seen, facing.seen(found[:, rest] - origin, turn))
+    at = np.array(joints)
+    rest = np.setdiff1d(np.arange(poses.shape[1]), at)
+    typical = (poses[:, at] - poses[:, at].mean(axis=1, keepdims=True)).mean(axis=0)
+    inputs, origin, turn = aligned(poses[:, at], typical)
+    return Examples(rest, typical, inputs, facing.seen(poses[:, rest] - origin, turn))
 
 
-def look(places: np.ndarray, typical: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Given joints ``(frames, given, 3)`` as a ``Known`` has them; the origin ``(frames, 1, 3)``
+def aligned(places: np.ndarray, typical: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Given joints ``(frames, given, 3)`` as ``Examples`` has them; the origin ``(frames, 1, 3)``
     and the direction ``(frames, 1)`` they are seen from."""
     origin = places.mean(axis=1, keepdims=True)
     level = [each[..., 2] + 1j * each[..., 0] for each in (places - origin, typical)]
@@ -154,7 +154,7 @@ class Completer:
         self._fit, self._most = fit, most
         self._cast: Cast | None = None
         self._poses: dict[bytes, np.ndarray] = {}
-        self._fits: dict[tuple[bytes, tuple[int, ...]], tuple[Known, Fitted]] = {}
+        self._fits: dict[tuple[bytes, tuple[int, ...]], tuple[Examples, Fitted]] = {}
 
     def supports(self, source: Character, target: Character) -> str | None:
         """None, or why the source is not the target with joints left out, as a sentence."""
@@ -166,24 +166,26 @@ class Completer:
 
     def retarget(self, source: Prediction, target: Character, *, context: HasTraining) -> Positions:
         """The target's joints. Raises NotSupported where there is no motion to learn from."""
-        given = tuple(target.skeleton.index(name) for name in source.skeleton.names)
+        joints = tuple(target.skeleton.index(name) for name in source.skeleton.names)
         places = np.empty((source.frames, len(target.skeleton), 3))
-        places[:, given] = source.positions
-        if len(given) < len(target.skeleton):
-            known, fitted = self._fitted(target, given, context.training)
-            seen, origin, turn = look(source.positions, known.typical)
-            places[:, known.missing] = facing.placed(fitted(seen), turn) + origin
+        places[:, joints] = source.positions
+        if len(joints) < len(target.skeleton):
+            examples, fitted = self._fitted(target, joints, context.training)
+            inputs, origin, turn = aligned(source.positions, examples.typical)
+            places[:, examples.missing] = facing.placed(fitted(inputs), turn) + origin
         return target.positions(places, source.fps)
 
-    def _fitted(self, target: Character, given: tuple[int, ...], cast: Cast | None) -> tuple[Known, Fitted]:
+    def _fitted(
+        self, target: Character, joints: tuple[int, ...], cast: Cast | None
+    ) -> tuple[Examples, Fitted]:
         if cast is not self._cast:  # other motion to learn from
             self._cast, self._poses, self._fits = cast, {}, {}
         body = target.skeleton.offsets.tobytes() + "\n".join(target.skeleton.names).encode()
-        if (body, given) not in self._fits:
+        if (body, joints) not in self._fits:
             if body not in self._poses:
                 self._poses[body] = poses(cast, target, self._most)
             if len(self._fits) >= FITS:
                 self._fits.clear()
-            seen = known(self._poses[body], given)
-            self._fits[body, given] = seen, self._fit(seen)
-        return self._fits[body, given]
+            training_poses = examples(self._poses[body], joints)
+            self._fits[body, joints] = training_poses, self._fit(training_poses)
+        return self._fits[body, joints]

@@ -32,10 +32,10 @@ def facing(places: np.ndarray, character: Character, smoothing: float = 0.0) -> 
     forward = across[:, 0] - 1j * across[:, 2]  # across x up = (-z, 0, x)
     if smoothing > 0:
         forward = smooth(forward, smoothing)
-    told = np.abs(forward) > 1e-3 * character.height
-    if not told.any():
+    defined = np.abs(forward) > 1e-3 * character.height
+    if not defined.any():
         return np.ones(len(places), dtype=complex)
-    last = np.maximum.accumulate(np.where(told, np.arange(len(places)), int(told.argmax())))
+    last = np.maximum.accumulate(np.where(defined, np.arange(len(places)), int(defined.argmax())))
     return forward[last] / np.abs(forward[last])
 
 

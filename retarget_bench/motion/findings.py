@@ -23,7 +23,7 @@ class Findings:
     """Facts about a file, and decisions that the file itself leaves open.
 
     unit:       name and metres of one unit of the file.
-    unit_told:  True where the user named it; likewise ``up_told``.
+    unit_explicit: True where the user named it; likewise ``up_explicit``.
     unit_prescribed: True where it is the unit of the file's format; likewise ``up_prescribed``. Else it is
         a guess.
     other_unit: name of the next best guess, and the metres that the body is tall in it (``tall``).
@@ -44,18 +44,18 @@ class Findings:
     floor:     metres, how far the lowest foot is above the floor (y = 0) most of the time.
     zero_bones: joints that lie in the same place as their parent.
     still:     whether the whole motion is one pose.
-    fps:       frames per second, as the user told them (``rate_told``), as the file says, or else as is
+    fps:       frames per second, as the user set them (``rate_explicit``), as the file says, or else as is
                 usual in its format.
     fps_stated: frames per second as the file says; None where it does not.
     """
 
     path: Path
     unit: tuple[str, float]
-    unit_told: bool
+    unit_explicit: bool
     other_unit: tuple[str, float] | None
     up: str
     up_sure: float
-    up_told: bool
+    up_explicit: bool
     notes: tuple[str, ...]
     joints: tuple[tuple[str, str], ...]
     missing: tuple[str, ...]
@@ -75,12 +75,12 @@ class Findings:
     up_prescribed: bool = False
     doubts: tuple[str, ...] = ()
     fps_stated: float | None = None
-    rate_told: bool = False
+    rate_explicit: bool = False
     dropped: str = ""
 
     @property
     def not_understood(self) -> tuple[str, ...]:
-        """Joints whose names say nothing known."""
+        """Joints whose names are not understood."""
         return tuple(name for name, meaning in self.joints if meaning == "not understood")
 
     @property
@@ -99,18 +99,18 @@ class Findings:
         out = list(self.doubts)
         if self.missing:
             out.append(f"no joint is known as {', '.join(self.missing)}: say which are (roles=FILE)")
-        if not self.unit_told and self.other_unit and not self._plausible:
+        if not self.unit_explicit and self.other_unit and not self._plausible:
             unit, (other, metres) = self.unit[0], self.other_unit
             out.append(
                 f"the unit is a guess: in {unit} the body is {self.tall:.2f} m tall, in {other} "
                 f"{metres:.2f} m; say unit={unit} or unit={other}"
             )
-        if not self.rate_told and self.frames > 1 and not _RATES[0] <= self.fps <= _RATES[1]:
+        if not self.rate_explicit and self.frames > 1 and not _RATES[0] <= self.fps <= _RATES[1]:
             out.append(
                 f"the frame rate is {self.fps:g} per second, at which nobody records motion: it would last "
                 f"{self.frames / self.fps:.3g} s; say the true rate (rate=30)"
             )
-        if not (self.up_told or self.up_prescribed) and self.up_sure < 0.5:
+        if not (self.up_explicit or self.up_prescribed) and self.up_sure < 0.5:
             out.append(f"the up axis is a guess ({self.up}): say up=y or up=z")
         if self.frames > 1 and abs(self.floor) > 0.05 * max(self.height, 0.1):
             where = "above" if self.floor > 0 else "below"
@@ -119,12 +119,12 @@ class Findings:
 
     @property
     def facts(self) -> dict[str, str]:
-        """What was found but for the joints: heading -> words, in the order of ``text``."""
+        """All findings but the joints: heading -> words, in the order of ``text``."""
         still = ", all the same pose" if self.still else ""
-        unit_by = _why(self.unit_told, self.unit_prescribed)
-        if self.animal and not (self.unit_told or self.unit_prescribed):
+        unit_by = _why(self.unit_explicit, self.unit_prescribed)
+        if self.animal and not (self.unit_explicit or self.unit_prescribed):
             unit_by += f", for a {self.animal}"
-        if self.level and self.other_unit and not (self.unit_told or self.unit_prescribed):
+        if self.level and self.other_unit and not (self.unit_explicit or self.unit_prescribed):
             unit_by += f"; in {self.other_unit[0]} {_metres(self.other_unit[1])}"
         legs = "four legs" if self.quadruped else "two legs, the trunk level" if self.level else "two legs"
         facing = "unknown" if self.facing is None else f"{self.facing:.0f} degrees from +Z towards +X"
@@ -135,7 +135,7 @@ class Findings:
             "frames": f"{self.frames} at {self.fps:g} per second{self._rate_by}, "
             f"{self.frames / self.fps:.1f} s{still}",
             "unit": f"{self.unit[0]} = {self.unit[1]:.4g} m ({unit_by}): {size}",
-            "up axis": f"{self.up} ({_why(self.up_told, self.up_prescribed)})",
+            "up axis": f"{self.up} ({_why(self.up_explicit, self.up_prescribed)})",
             "rest pose": self.rest_pose,
             "facing": f"{facing} in the first frame",
             "floor": f"lowest foot {self.floor:+.3f} m, median over time",
@@ -155,7 +155,7 @@ class Findings:
         ]
         if self.warnings:
             lines += ["\nLook at:", *(f"  - {warning}" for warning in self.warnings)]
-        rate = f",rate={self.fps:g}" if self.rate_told or self.fps_stated is None else ""
+        rate = f",rate={self.fps:g}" if self.rate_explicit or self.fps_stated is None else ""
         lines += ["\nTo read the file this way whatever is guessed:"]
         lines += [f"  '{self.path}[unit={self.unit[0]},up={self.up}{rate}]'"]
         if self.missing or self.not_understood:
@@ -167,10 +167,10 @@ class Findings:
 
     @property
     def _rate_by(self) -> str:
-        if not self.rate_told:
+        if not self.rate_explicit:
             return "" if self.fps_stated is not None else " (usual in this format: the file does not say)"
-        said = "nothing" if self.fps_stated is None else f"{self.fps_stated:g}"
-        return f" (as told; the file says {said})"
+        stated = "nothing" if self.fps_stated is None else f"{self.fps_stated:g}"
+        return f" (as told; the file says {stated})"
 
 
 def counted_frames(count: int) -> str:
@@ -183,5 +183,5 @@ def _metres(length: float) -> str:
     return f"{length:.2f} m" if length >= 0.2 else f"{length:.3f} m"
 
 
-def _why(told: bool, prescribed: bool) -> str:
-    return "as told" if told else "as stated" if prescribed else "guessed"
+def _why(explicit: bool, prescribed: bool) -> str:
+    return "as told" if explicit else "as stated" if prescribed else "guessed"

@@ -1,4 +1,5 @@
-"""Any motion file to a motion in metres, Y up: roles, unit and up axis are found, and every guess is told.
+"""Any motion file to a motion in metres, Y up: roles, unit and up axis are inferred, and every guess is
+listed.
 
 ``load`` never asks: what the file does not say is decided from the body and its motion, listed in
 ``Imported.findings``, and can be said better by a ``Reading``.
@@ -63,14 +64,14 @@ class Imported:
 
     @property
     def settled(self) -> Reading:
-        """What was said and what was found, by which the file is read so whatever is guessed."""
-        found = self.findings
+        """The reading with all findings filled in: with it a file is read alike, whatever is guessed."""
+        findings = self.findings
         body = self.motion.character
         return replace(
             self.reading,
-            unit=found.unit[0],
-            up=found.up,
-            rate=found.fps if found.fps_stated is None else self.reading.rate,
+            unit=findings.unit[0],
+            up=findings.up,
+            rate=findings.fps if findings.fps_stated is None else self.reading.rate,
             roles=dict(zip(body.skeleton.names, body.roles, strict=True)),
         )
 
@@ -99,14 +100,14 @@ def understood(
 ) -> Imported:
     """``load`` of what was read already, as the file has it."""
     recording = with_rotations(stated if reading.rate is None else replace(stated, fps=reading.rate))
-    found = find_roles(recording.skeleton, reading.overrides)
-    axis = up_axis.axis(recording, found, reading.up)
+    roles = find_roles(recording.skeleton, reading.overrides)
+    axis = up_axis.axis(recording, roles, reading.up)
     upright = up_axis.upright(recording, axis.up)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // SAMPLE]
-    body_found = Character.of(name or path.stem, upright.skeleton, roles=found, sample=sample)
-    size = _size(path, body_found, recording, reading)
+    body = Character.of(name or path.stem, upright.skeleton, roles=roles, sample=sample)
+    size = _size(path, body, recording, reading)
     places = None if recording.places is None else recording.places * size.unit[1]
-    settled = inner.settled(_scaled(body_found, upright, size.unit[1]), places, reading.inner_positions)
+    settled = inner.settled(_scaled(body, upright, size.unit[1]), places, reading.inner_positions)
     motion, places = settled.motion, settled.places
     findings = _findings(path, stated, recording, axis, size, settled, reading.rate is not None)
     if reading.overrides and (doubt := role_checks.doubt(motion, reading.overrides)):
@@ -125,10 +126,10 @@ def _findings(
     axis: Axis,
     size: "_Size",
     settled: inner.Settled,
-    told: bool,
+    rate_explicit: bool,
 ) -> Findings:
-    """All that was found. stated: as the file has it; recording: at the true rate; told: the user says
-    that."""
+    """All findings. stated: as the file has it; recording: at the true rate; rate_explicit: the
+    user set it."""
     motion = settled.motion
     joints, roles = motion.skeleton, motion.character.roles
     moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
@@ -136,13 +137,13 @@ def _findings(
     return Findings(
         path=path,
         unit=size.unit,
-        unit_told=size.told,
+        unit_explicit=size.explicit,
         other_unit=size.other,
-        unit_prescribed=not size.told and size.unit[0] == recording.unit,
+        unit_prescribed=not size.explicit and size.unit[0] == recording.unit,
         up=axis.up,
         up_sure=axis.sure,
-        up_told=axis.told,
-        up_prescribed=not axis.told and recording.up != "",
+        up_explicit=axis.explicit,
+        up_prescribed=not axis.explicit and recording.up != "",
         notes=(*recording.notes, *settled.notes),
         doubts=(*recording.doubts, *axis.doubts, *settled.doubts),
         dropped=settled.dropped,
@@ -157,7 +158,7 @@ def _findings(
         facing=_facing(motion),
         fps=motion.fps,
         fps_stated=stated.fps if stated.rate_stated else None,
-        rate_told=told,
+        rate_explicit=rate_explicit,
         frames=motion.frames,
         floor=_floor(motion),
         zero_bones=tuple(joint for joint, length in lengths if length < 1e-9),
@@ -181,7 +182,7 @@ class _Size:
     has a level trunk, and which animal the file's name says it is."""
 
     unit: tuple[str, float]
-    told: bool
+    explicit: bool
     other: tuple[str, float] | None
     level: bool
     animal: str
@@ -189,13 +190,13 @@ class _Size:
 
 def _size(path: Path, body: Character, recording: Recording, reading: Reading) -> _Size:
     level = has_level_trunk(body.skeleton, body.roles)
-    animal = species.named(path) if level else ""
+    animal = species.animal_of(path) if level else ""
     tall = body.measures.h4 if level else body.height
     guesses = _units(tall, partial(species.improbable, animal=animal) if level else None, recording.unit)
-    told = reading.metres
-    unit = (guesses[0], UNITS[guesses[0]]) if told is None else (str(reading.unit), told)
+    metres = reading.metres
+    unit = (guesses[0], UNITS[guesses[0]]) if metres is None else (str(reading.unit), metres)
     others = [(each, tall * UNITS[each]) for each in guesses if each != unit[0]]
-    return _Size(unit, told is not None, others[0] if others else None, level, animal)
+    return _Size(unit, metres is not None, others[0] if others else None, level, animal)
 
 
 def _units(height: float, improbable: Callable[[float], float] | None, prescribed: str) -> list[str]:
@@ -235,9 +236,9 @@ def _scaled_mesh(skin: Callable[[], Mesh], scale: float) -> Mesh:
 
 
 # -------------------------------------------------------------------------------------------- findings
-def rest_pose(skeleton: Skeleton, found: Sequence[str | None]) -> str:
+def rest_pose(skeleton: Skeleton, roles: Sequence[str | None]) -> str:
     """The kind of rest pose, in words."""
-    body = PosedBody(skeleton, found)
+    body = PosedBody(skeleton, roles)
     if body.frame is None:
         return "unknown: no legs (or arms) and trunk were found"
     if not body.rests_in_a_pose:
@@ -282,9 +283,9 @@ def _floor(motion: Motion) -> float:
     ends = ("_foot", "_toe", "_toe_end")
     feet = [joint for role, joint in motion.character.joint_of.items() if role.endswith(ends)]
     feet = feet or list(range(len(skeleton)))
-    seen = motion.at(np.unique(np.linspace(0, motion.frames - 1, SAMPLE).astype(int)))
-    lowest = seen.positions[:, feet, 1].min(axis=1)
+    sample = motion.at(np.unique(np.linspace(0, motion.frames - 1, SAMPLE).astype(int)))
+    lowest = sample.positions[:, feet, 1].min(axis=1)
     for site in (site for site in skeleton.end_sites if site.parent in feet):
-        tip = rotation.rotate(seen.global_rotations[:, site.parent], np.array([site.offset]))
-        lowest = np.minimum(lowest, seen.positions[:, site.parent, 1] + tip[:, 1])
+        tip = rotation.rotate(sample.global_rotations[:, site.parent], np.array([site.offset]))
+        lowest = np.minimum(lowest, sample.positions[:, site.parent, 1] + tip[:, 1])
     return float(np.median(lowest))

@@ -39,11 +39,11 @@ def positions(motion: Motion, places: np.ndarray) -> np.ndarray:
     """``(frames, joints, 3)`` metres in the world of joints turned as in the motion, standing at
     ``places`` ``(frames, joints, 3)`` in their parents' frames."""
     turned = motion.global_rotations
-    found = np.empty_like(places)
-    found[:, 0] = motion.root
+    world = np.empty_like(places)
+    world[:, 0] = motion.root
     for joint, parent in enumerate(motion.skeleton.parents.tolist()[1:], 1):
-        found[:, joint] = found[:, parent] + rotation.rotate(turned[:, parent], places[:, joint])
-    return found
+        world[:, joint] = world[:, parent] + rotation.rotate(turned[:, parent], places[:, joint])
+    return world
 
 
 def moving(motion: Motion, places: np.ndarray) -> np.ndarray:
@@ -54,7 +54,7 @@ def moving(motion: Motion, places: np.ndarray) -> np.ndarray:
 
 
 def settled(motion: Motion, places: np.ndarray | None, way: Way) -> Settled:
-    """What becomes of the places of inner joints: ``auto`` drops them.
+    """Treat the positions of inner joints; ``auto`` drops them.
 
     drop: bones keep their length. bake: rotations are fitted to where joints really are, with bones of
     constant length. keep: as drop, and the places go on beside the motion.
@@ -64,24 +64,24 @@ def settled(motion: Motion, places: np.ndarray | None, way: Way) -> Settled:
     skeleton, height = motion.skeleton, max(motion.character.height, 1e-9)
     away = moving(motion, places)
     worst, count = int(away.argmax()), int((away > 1e-3 * height).sum()) or 1
-    told = (
+    note = (
         f"{skeleton.names[worst]!r} moves by up to {away[worst]:.4g} m against its parent "
         f"({count} joint{'s do' if count > 1 else ' does'})"
     )
     real = positions(motion, places)
     if way == "bake":
         fitted = fit.fit(Positions(motion.character, real, motion.fps), motion)
-        return Settled(fitted.motion, (f"{told}: baked into rotations, which leaves {fitted}",))
+        return Settled(fitted.motion, (f"{note}: baked into rotations, which leaves {fitted}",))
     off = np.linalg.norm(real - motion.positions, axis=2).max(axis=0)
     roles = [joint for joint, role in enumerate(motion.character.roles) if role] or list(range(len(off)))
     share = off[roles].max() / height
-    told += f": bones keep their length, which moves joints by up to {off.max():.2g} m"
+    note += f": bones keep their length, which moves joints by up to {off.max():.2g} m"
     if way == "keep":
-        return Settled(motion, (f"{told}; their positions are kept for files of this body",), (), places)
+        return Settled(motion, (f"{note}; their positions are kept for files of this body",), (), places)
     if way == "drop":
-        return Settled(motion, (told,))
+        return Settled(motion, (note,))
     if share <= _SMALL:
-        return Settled(motion, (), (told,), None, told)
-    told += f", joints of the body by {100 * share:.0f} % of its height"
+        return Settled(motion, (), (note,), None, note)
+    note += f", joints of the body by {100 * share:.0f} % of its height"
     advice = "bake (rotations come as near as they can), keep (in files of this body) or drop"
-    return Settled(motion, (), (f"{told}: say inner_positions={advice}",), None, told)
+    return Settled(motion, (), (f"{note}: say inner_positions={advice}",), None, note)

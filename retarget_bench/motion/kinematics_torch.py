@@ -267,9 +267,9 @@ def _check(tree: Tree, offsets: Tensor, rotations: Tensor, root: Tensor) -> None
         and (offsets.shape == (joints, 3) or (len(lead) == 2 and offsets.shape == (lead[0], joints, 3)))
     )
     if not fits:
-        wanted = f"{sequences[0] if sequences else 'sequences'}, frames"
+        batch = f"{sequences[0] if sequences else 'sequences'}, frames"
         raise SkeletonError(
-            f"a tree of {joints} joints needs rotations ({wanted}, {joints}, 4), a root ({wanted}, 3) and "
+            f"a tree of {joints} joints needs rotations ({batch}, {joints}, 4), a root ({batch}, 3) and "
             f"offsets ({joints}, 3) or one such per sequence; got {tuple(rotations.shape)}, "
             f"{tuple(root.shape)} and {tuple(offsets.shape)}"
         )

@@ -91,5 +91,5 @@ def _first(joint: dict[str, int], *roles: str) -> int | None:
 def _both(skeleton: Skeleton, joint: dict[str, int], end: str, start: str) -> float:
     """Bone length of a limb, mean over the sides that have it."""
     lengths = [bones(skeleton, joint.get(f"{side}_{end}"), joint.get(f"{side}_{start}")) for side in SIDES]
-    found = [length for length in lengths if length > 0]
-    return float(np.mean(found)) if found else 0.0
+    positive = [length for length in lengths if length > 0]
+    return float(np.mean(positive)) if positive else 0.0

@@ -1,7 +1,6 @@
 """A body's skin: a triangle mesh that follows the joints by linear blend skinning."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -37,8 +36,6 @@ class Mesh:
     weights:  ``(vertices, joints)`` shares of the joints in each vertex, summing to 1.
     pose:     ``(joints, 4)`` local rotations of the joints for which the vertices are given; None: the rest
               pose of the skeleton.
-    groups:   role -> ``(n,)`` indices of the vertices that belong to the joint of this role; where a role
-              is not named, see ``Character.flesh``.
 
     Raises SkeletonError when the shapes do not fit each other, or a number is not finite.
     """
@@ -47,7 +44,6 @@ class Mesh:
     faces: np.ndarray
     weights: np.ndarray
     pose: np.ndarray | None = None
-    groups: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         vertices, faces, weights = self.vertices.shape, self.faces.shape, self.weights.shape
@@ -64,11 +60,6 @@ class Mesh:
         for name in ("vertices", "weights", "pose"):
             if (array := getattr(self, name)) is not None and not np.isfinite(array).all():
                 raise SkeletonError(f"a mesh has {name} that are not finite")
-        for role, group in self.groups.items():
-            if group.ndim != 1 or (len(group) and not 0 <= group.min() <= group.max() < vertices[0]):
-                raise SkeletonError(
-                    f"the vertex group {role} of a mesh has other indices than its vertices"
-                )
 
     def scaled(self, by: float) -> "Mesh":
         """The same mesh, so many times as large."""
@@ -84,7 +75,7 @@ class Mesh:
                 f"a mesh on {self.weights.shape[1]} joints cannot follow a body of {len(skeleton)} joints"
             )
         places, turned = self.bound(skeleton)
-        found = np.empty((motion.frames, *self.vertices.shape))
+        vertices = np.empty((motion.frames, *self.vertices.shape))
         for first in range(0, motion.frames, _BLOCK):
             block = slice(first, first + _BLOCK)
             turns = rotation.multiply(motion.global_rotations[block], rotation.conjugate(turned))
@@ -92,8 +83,8 @@ class Mesh:
             shifts = motion.positions[block] - np.einsum("fjab,jb->fja", matrices, places)
             moves = np.concatenate([matrices, shifts[..., None]], axis=-1).swapaxes(1, 2)
             coordinates = moves.reshape(-1, 4 * len(skeleton)) @ self._shares
-            found[block] = coordinates.reshape(len(shifts), 3, -1).swapaxes(1, 2)
-        return found
+            vertices[block] = coordinates.reshape(len(shifts), 3, -1).swapaxes(1, 2)
+        return vertices
 
     @cached_property
     def _shares(self) -> np.ndarray:

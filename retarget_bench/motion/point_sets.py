@@ -87,10 +87,10 @@ class PointSets:
 
 
 Source = Prediction | PointSets
-"""What is to be retargeted."""
+"""A source of retargeting."""
 
 
 def kind_of(motion: Source) -> str:
-    """What a motion is known by, in the word of cards: ``motion`` (rotations), ``positions``, ``surface``
+    """The kind of a motion, in the word of cards: ``motion`` (rotations), ``positions``, ``surface``
     (vertices of the body's mesh) or ``points``."""
     return POINTS if isinstance(motion, PointSets) else motion.kind

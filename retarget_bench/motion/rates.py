@@ -31,10 +31,10 @@ def covering(frames: int, fps: float) -> int:
     return int(np.ceil((frames - 1) * _ratio(FPS, fps) - 1e-6)) + 1
 
 
-def between(frames: int, fps: float, of: float, known: int) -> tuple[np.ndarray, np.ndarray]:
-    """For every frame at rate ``fps``: the last of the ``known`` frames at rate ``of`` that is not after
-    it, and the share of the way to the next."""
-    place = np.minimum(np.arange(frames) * _ratio(of, fps), known - 1)
+def between(frames: int, fps: float, of: float, available: int) -> tuple[np.ndarray, np.ndarray]:
+    """For every frame at rate ``fps``: the last of the ``available`` frames at rate ``of`` that is not
+    after it, and the share of the way to the next."""
+    place = np.minimum(np.arange(frames) * _ratio(of, fps), available - 1)
     low = np.floor(place + 1e-9).astype(int)
     share = place - low
     return low, np.where(share > 1e-9, share, 0.0)

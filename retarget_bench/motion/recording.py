@@ -16,7 +16,7 @@ MOST_JOINTS = 2_000
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A motion as a file states it, in the file's axes; it knows nothing of roles or units.
+    """A motion as a file states it, in the file's axes, without roles and units.
 
     rotations: ``(frames, joints, 4)`` local unit quaternions, w first, continuous in sign.
     root:      ``(frames, 3)`` the root joint's place in the world, in the file's unit times the scale.
@@ -57,11 +57,11 @@ def of_positions(skeleton: Skeleton, positions: np.ndarray, fps: float, **facts:
 @lru_cache(maxsize=256)
 def unique_names(names: tuple[str, ...]) -> tuple[str, ...]:
     """The names, with ``_2``, ``_3`` ... behind those that occurred before."""
-    taken, used, last = set(names), set[str](), dict[str, int]()
+    originals, used, last = set(names), set[str](), dict[str, int]()
     unique = []
     for name in names:
         free = name
-        while free in used or (free != name and free in taken):
+        while free in used or (free != name and free in originals):
             last[name] = last.get(name, 1) + 1
             free = f"{name}_{last[name]}"
         used.add(free)
@@ -78,8 +78,8 @@ def reach(skeleton: Skeleton) -> float:
     return max(along)
 
 
-def resting(stated: np.ndarray, seen: np.ndarray, within: float) -> np.ndarray:
+def resting(stated: np.ndarray, positions: np.ndarray, within: float) -> np.ndarray:
     """``(joints, 3)`` places at which moving joints stay when they are dropped: the ``stated`` ones where
-    the ``seen`` ``(frames, joints, 3)`` lie around them, to ``within``; else the median over time."""
-    around = (seen.min(axis=0) - within <= stated) & (stated <= seen.max(axis=0) + within)
-    return np.where(around.all(axis=1, keepdims=True), stated, np.median(seen, axis=0))
+    the ``positions`` ``(frames, joints, 3)`` lie around them, to ``within``; else the median over time."""
+    around = (positions.min(axis=0) - within <= stated) & (stated <= positions.max(axis=0) + within)
+    return np.where(around.all(axis=1, keepdims=True), stated, np.median(positions, axis=0))

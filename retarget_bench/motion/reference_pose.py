@@ -88,19 +88,22 @@ def reference_pose(
 
 
 def _straighten(
-    body: PosedBody, pose: np.ndarray, top: str, middle: str, end: str, wanted: np.ndarray
+    body: PosedBody, pose: np.ndarray, top: str, middle: str, end: str, direction: np.ndarray
 ) -> None:
-    """Swing the two bones of a limb to ``wanted``, unless it rests there already."""
+    """Swing the two bones of a limb to ``direction``, unless it rests there already."""
     joints = body.joints(top, middle, end)
     if len(joints) < 3:
         return
     places = body.places(pose)
     a, b, c = (places[joint] for joint in joints)
-    whole = _angle(c - a, wanted)
-    if whole <= LIMB_TOLERANCE and max(_angle(b - a, wanted), _angle(c - b, wanted)) <= BONE_TOLERANCE:
+    overall = _angle(c - a, direction)
+    if (
+        overall <= LIMB_TOLERANCE
+        and max(_angle(b - a, direction), _angle(c - b, direction)) <= BONE_TOLERANCE
+    ):
         return
-    body.swing(pose, joints[0], joints[1], wanted)
-    body.swing(pose, joints[1], joints[2], wanted)
+    body.swing(pose, joints[0], joints[1], direction)
+    body.swing(pose, joints[1], joints[2], direction)
 
 
 def _angle(a: np.ndarray, b: np.ndarray) -> float:
@@ -188,22 +191,22 @@ def _place(
     pose: np.ndarray,
     joint: int,
     bone: np.ndarray,
-    wanted: np.ndarray,
-    told: list[Evidence],
+    direction: np.ndarray,
+    evidence: list[Evidence],
 ) -> None:
-    """Turn a joint so that ``bone`` points along ``wanted``, twisted as the evidence tells."""
+    """Turn a joint so that ``bone`` points along ``direction``, twisted as the evidence tells."""
     if body.along_axes and float(np.abs(bone).max()) > _NEAR_AXIS:
-        along = rotation.rotate(quarter_turns(), np.broadcast_to(bone, (24, 3))) @ wanted
+        along = rotation.rotate(quarter_turns(), np.broadcast_to(bone, (24, 3))) @ direction
         options = quarter_turns()[along > along.max() - 0.05]  # the four twists
-        score = sum(weight * np.cos(rotation.angle(options, turned[None])) for weight, turned in told)
+        score = sum(weight * np.cos(rotation.angle(options, turned[None])) for weight, turned in evidence)
         body.set_global(pose, joint, options[int(np.argmax(score))])
     else:
-        _, turned = max(told, key=lambda each: each[0])
-        arc = rotation.between(rotation.rotate(turned, bone), wanted)
+        _, turned = max(evidence, key=lambda each: each[0])
+        arc = rotation.between(rotation.rotate(turned, bone), direction)
         body.set_global(pose, joint, _exact(body, rotation.multiply(arc, turned)))
 
 
-def _seen(body: PosedBody, pose: np.ndarray, typical: Typical, joint: int) -> np.ndarray:
+def _as_typical(body: PosedBody, pose: np.ndarray, typical: Typical, joint: int) -> np.ndarray:
     """``(4,)`` a joint's world orientation if it is turned from its parent as it typically is."""
     above = body.get_global(pose, int(body.skeleton.parents[joint]))
     return rotation.multiply(above, typical.local(joint))
@@ -211,15 +214,15 @@ def _seen(body: PosedBody, pose: np.ndarray, typical: Typical, joint: int) -> np
 
 def _trunk(body: PosedBody, pose: np.ndarray, typical: Typical) -> None:
     """Spine, neck and head along the trunk; a tail that rests behind the body stays as it is."""
-    wanted = FORWARD if body.level else UP
+    direction = FORWARD if body.level else UP
     line = [*body.spine, *body.neck, *body.joints("head")]
     for joint, after in zip(line, [*line[1:], body.joint.get("head_top")], strict=False):
         bone = body.tip(joint, after)
-        seen = _seen(body, pose, typical, joint)
+        observed = _as_typical(body, pose, typical, joint)
         if bone @ bone < 0.5:
-            body.set_global(pose, joint, _exact(body, seen))
+            body.set_global(pose, joint, _exact(body, observed))
         else:
-            _place(body, pose, joint, bone, wanted, [(1.0, seen)])
+            _place(body, pose, joint, bone, direction, [(1.0, observed)])
     for joint in body.tail:
         pose[joint] = _exact(body, typical.local(joint))
     if len(body.tail) > 1:
@@ -231,26 +234,26 @@ def _trunk(body: PosedBody, pose: np.ndarray, typical: Typical) -> None:
 def _arm(body: PosedBody, pose: np.ndarray, typical: Typical, side: str) -> None:
     """Collar bone and arm straight out (fore legs: down), the elbow bending forward."""
     hinge = -LEFT if body.quadruped else UP if side == "right" else DOWN
-    wanted = body.sideways(side)
+    direction = body.sideways(side)
     arm = body.joints(f"{side}_arm", f"{side}_forearm", f"{side}_hand")
     collar = body.joints(f"{side}_shoulder")
-    told: list[Evidence] = []
+    evidence: list[Evidence] = []
     if collar and len(arm) == 3:
         bone = body.bone(collar[0], arm[0])
         if body.quadruped:
             pose[collar[0]] = typical.local(collar[0])
-            body.swing_bone(pose, collar[0], bone, wanted)
-            seen = body.get_global(pose, collar[0])
+            body.swing_bone(pose, collar[0], bone, direction)
+            observed = body.get_global(pose, collar[0])
         else:
-            seen = _seen(body, pose, typical, collar[0])
-        _place(body, pose, collar[0], bone, wanted, [(1.0, seen)])
+            observed = _as_typical(body, pose, typical, collar[0])
+        _place(body, pose, collar[0], bone, direction, [(1.0, observed)])
         if bone @ body.bone(arm[0], arm[1]) > _STRAIGHT:  # the arm rests in line with the collar bone
-            told = [(0.5, body.get_global(pose, collar[0]))]
+            evidence = [(0.5, body.get_global(pose, collar[0]))]
     if len(arm) == 3:
-        _limb(body, pose, typical, arm, wanted, hinge, told)
+        _limb(body, pose, typical, arm, direction, hinge, evidence)
     for joint in body.joints(f"{side}_hand"):
         if not body.quadruped and not _rests_straight(body, joint, side):
-            body.set_global(pose, joint, _exact(body, _seen(body, pose, typical, joint)))
+            body.set_global(pose, joint, _exact(body, _as_typical(body, pose, typical, joint)))
 
 
 def _rests_straight(body: PosedBody, hand: int, side: str) -> bool:
@@ -267,31 +270,31 @@ def _limb(
     pose: np.ndarray,
     typical: Typical,
     joints: list[int],
-    wanted: np.ndarray,
+    direction: np.ndarray,
     hinge: np.ndarray,
-    told: list[Evidence],
+    evidence: list[Evidence],
 ) -> None:
-    """Set upper and lower limb along ``wanted``, the axis that they bend about along ``hinge``.
+    """Set upper and lower limb along ``direction``, the axis that they bend about along ``hinge``.
 
-    told: what is known already. A limb that rests straight stays so, twisted as one.
+    evidence: what is known already. A limb that rests straight stays so, twisted as one.
     """
     top, middle, end = joints
     upper, lower = body.bone(top, middle), body.bone(middle, end)
     bent, axis, below = _hinge(typical, top, middle, upper, lower)
     pose[top] = typical.local(top)
-    body.swing_bone(pose, top, upper, wanted)
-    told = [*told, (0.3, body.get_global(pose, top))]
+    body.swing_bone(pose, top, upper, direction)
+    evidence = [*evidence, (0.3, body.get_global(pose, top))]
     if bent > _ENOUGH_BEND:
-        told.append((min(2.0, bent / _CLEAR_BEND), frame(upper, axis, wanted, hinge)))
-    _place(body, pose, top, upper, wanted, told)
-    body.swing_bone(pose, top, upper, wanted)
+        evidence.append((min(2.0, bent / _CLEAR_BEND), frame(upper, axis, direction, hinge)))
+    _place(body, pose, top, upper, direction, evidence)
+    body.swing_bone(pose, top, upper, direction)
     if body.along_axes and upper @ lower > _STRAIGHT:
         pose[middle] = rotation.identity()
     elif bent > _ENOUGH_BEND:
-        _place(body, pose, middle, lower, wanted, [(1.0, frame(lower, below, wanted, hinge))])
+        _place(body, pose, middle, lower, direction, [(1.0, frame(lower, below, direction, hinge))])
     else:
         pose[middle] = typical.local(middle)
-    body.swing_bone(pose, middle, lower, wanted)
+    body.swing_bone(pose, middle, lower, direction)
 
 
 def _hinge(
@@ -354,8 +357,8 @@ def _stand(body: PosedBody, pose: np.ndarray, typical: Typical, side: str) -> No
 
 def _beside(body: PosedBody, pose: np.ndarray, typical: Typical) -> None:
     """Faces, eyes, hair: a rig that rests along one axis may turn them by quarter turns in all motion."""
-    skeleton, named = body.skeleton, body.joint.values()
-    carry = {above for joint in named for above in ancestors(skeleton, joint, itself=True)}
+    skeleton, with_roles = body.skeleton, body.joint.values()
+    carry = {above for joint in with_roles for above in ancestors(skeleton, joint, itself=True)}
     for joint in set(range(len(skeleton))) - carry:
         local = typical.local(joint)
         exact = snapped(local, np.pi)

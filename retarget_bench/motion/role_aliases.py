@@ -104,8 +104,8 @@ def read(name: str) -> Name:
     numbers = tuple(int(word) for word in cut if word.isdigit())
     side = ""
     for word in (letters[:1], letters[-1:]):
-        if not side and len(letters) > 1 and word and (found := _SIDES.get(word[0])):
-            side = found
+        if not side and len(letters) > 1 and word and (candidate := _SIDES.get(word[0])):
+            side = candidate
             letters.remove(word[0])
     stem = "".join(letters)
     if not side and len(letters) == 1 and stem[:1] in "lr" and _is_limb(stem[1:]):

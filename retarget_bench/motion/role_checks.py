@@ -18,10 +18,10 @@ from retarget_bench.motion.role_aliases import NUMBERED_FINGERS
 from retarget_bench.motion.roles import LIMB_ROLES, SIDES, ancestors, body_part, common_ancestor, is_finger
 from retarget_bench.motion.skeleton import Skeleton
 
-_LOOKS = 200
+_SAMPLES = 200
 """Frames that are looked at."""
 _CLEAR = 0.3
-"""How far from 0 the mean sine is that tells a left-handed body from a right-handed one."""
+"""Distance of the mean sine from 0 beyond which a body is left- or right-handed."""
 _MOST = 4
 """Contradictions in one sentence."""
 
@@ -29,15 +29,14 @@ Contradiction = tuple[tuple[str, ...], str]
 """The roles, and what speaks against them."""
 
 
-def doubt(motion: Motion, told: Mapping[str, str | None]) -> str:
-    """A sentence on roles that look wrong among those ``told`` (joint name -> role, or None); "" where all
-    look right."""
-    given = set(told.values())
-    found = [words for roles, words in contradictions(motion) if given.intersection(roles)]
-    if not found:
+def doubt(motion: Motion, overrides: Mapping[str, str | None]) -> str:
+    """A sentence on roles among ``overrides`` (joint name -> role, or None) that look wrong; else ""."""
+    overridden = set(overrides.values())
+    problems = [words for roles, words in contradictions(motion) if overridden.intersection(roles)]
+    if not problems:
         return ""
-    more = f"; and {len(found) - _MOST} more" if len(found) > _MOST else ""
-    return f"roles look wrong: {'; '.join(found[:_MOST])}{more}: correct the table of roles"
+    more = f"; and {len(problems) - _MOST} more" if len(problems) > _MOST else ""
+    return f"roles look wrong: {'; '.join(problems[:_MOST])}{more}: correct the table of roles"
 
 
 def contradictions(motion: Motion) -> list[Contradiction]:
@@ -107,17 +106,17 @@ def _attached(skeleton: Skeleton, joint: Mapping[str, int]) -> Iterator[Contradi
 def _sides(motion: Motion) -> Iterator[Contradiction]:
     """Pairs of limbs whose left is where the right has to be, by how legs bend; where these do not tell, by
     the names of the joints."""
-    seen = motion.at(np.unique(np.linspace(0, motion.frames - 1, _LOOKS).astype(int)))
-    to_the_left = _to_the_left(seen)
+    sample = motion.at(np.unique(np.linspace(0, motion.frames - 1, _SAMPLES).astype(int)))
+    to_the_left = _to_the_left(sample)
     for part in ("arm", "up_leg"):
         pair = tuple(f"{side}_{part}" for side in SIDES)
-        joints = seen.character.joints(pair)
+        joints = sample.character.joints(pair)
         if len(joints) < 2:
             continue
-        apart = seen.positions[:, joints[0]] - seen.positions[:, joints[1]]
+        apart = sample.positions[:, joints[0]] - sample.positions[:, joints[1]]
         sine = float((rotation.unit(apart) * to_the_left).sum(axis=1).mean())
-        named = [aliases.read(motion.skeleton.names[each]).side for each in joints]
-        if sine < -_CLEAR or (sine < _CLEAR and named == list(SIDES[::-1])):
+        sides = [aliases.read(motion.skeleton.names[each]).side for each in joints]
+        if sine < -_CLEAR or (sine < _CLEAR and sides == list(SIDES[::-1])):
             yield pair, f"{pair[0]} and {pair[1]} are on the other side"
 
 

@@ -83,13 +83,13 @@ BODY_PARTS = ("trunk", "head", "left_arm", "right_arm", "left_leg", "right_leg",
 
 def chain(roles: Sequence[str | None], stem: str) -> list[int]:
     """The joints of ``spine``, ``neck`` or ``tail`` from the hips outwards; a lone ``neck`` counts."""
-    found = {}
+    links = {}
     for joint, role in enumerate(roles):
         if role == stem:
-            found[1] = joint
+            links[1] = joint
         elif role is not None and re.fullmatch(rf"{stem}_\d+", role):
-            found[int(role.rsplit("_", 1)[1])] = joint
-    return [found[number] for number in sorted(found)]
+            links[int(role.rsplit("_", 1)[1])] = joint
+    return [links[number] for number in sorted(links)]
 
 
 # ------------------------------------------------------------------------------------------- finding
@@ -103,13 +103,13 @@ def find(skeleton: Skeleton, overrides: Mapping[str, str | None] | None = None) 
     names = [aliases.read(name) for name in skeleton.names]
     free = [joint not in forced for joint in range(len(names))]
     roles: dict[int, str] = {joint: role for joint, role in forced.items() if role is not None}
-    taken = set(roles.values())
+    used = set(roles.values())
 
-    def give(found: Mapping[int, str]) -> None:
-        for joint, role in found.items():
-            if free[joint] and role not in taken:
+    def give(candidates: Mapping[int, str]) -> None:
+        for joint, role in candidates.items():
+            if free[joint] and role not in used:
                 roles[joint] = role
-                taken.add(role)
+                used.add(role)
 
     give(_limbs(skeleton, names, free))
     heads = [j for j, name in enumerate(names) if free[j] and not name.side and name.stem == "head"]
@@ -363,8 +363,8 @@ def explain(skeleton: Skeleton, roles: Sequence[str | None]) -> tuple[str, ...]:
         elif words & aliases.EXTRA_WORDS or (joint > 0 and out[skeleton.parents[joint]] == "extra"):
             out.append("extra")
         else:
-            known = words & aliases.HELPER_WORDS or (name.side and name.stem in aliases.LIMB_STEMS)
-            out.append("helper" if known else "not understood")
+            helper = words & aliases.HELPER_WORDS or (name.side and name.stem in aliases.LIMB_STEMS)
+            out.append("helper" if helper else "not understood")
     return tuple(out)
 
 

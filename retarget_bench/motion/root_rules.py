@@ -58,15 +58,15 @@ SCALING_RULES: tuple[str, ...] = get_args(ScalingRule)
 ROOT_RULES = (*SCALING_RULES, "reference")
 
 
-def check(rule: str, known: Sequence[str] = ROOT_RULES) -> str:
+def check(rule: str, rules: Sequence[str] = ROOT_RULES) -> str:
     """``rule`` itself; raises NotSupported, with the known rules, when there is none of that name."""
-    if rule not in known:
-        raise NotSupported(f"no root rule {rule!r}; rules are {', '.join(known)}")
+    if rule not in rules:
+        raise NotSupported(f"no root rule {rule!r}; rules are {', '.join(rules)}")
     return rule
 
 
 def reason(rule: str, source: Character, target: Character) -> str | None:
-    """None, or why ``rule`` says nothing about this pair, as a sentence."""
+    """None, or why ``rule`` does not apply to this pair, as a sentence."""
     if rule in SIZES:
         for body in (source, target):
             length = min(SIZES[rule](body.measures))
@@ -80,7 +80,7 @@ def reason(rule: str, source: Character, target: Character) -> str | None:
 
 
 def _lacking(body: Character) -> str:
-    """What a body without feet is told."""
+    """The sentence on a body without feet."""
     if any(role.endswith("_foot") for role in body.joint_of):
         return ""
     return ", since none of its joints is known as a foot; say which are (roles=FILE), if it has any"

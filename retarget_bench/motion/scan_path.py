@@ -33,7 +33,7 @@ def size(frames: Sequence[np.ndarray]) -> float:
 
 
 def ratio(frames: Sequence[np.ndarray], character: Character) -> float:
-    """How many times as tall as the body under these points a character with a mesh is."""
+    """The height of a character with a mesh over that of the body under these points."""
     return float(np.ptp(standing(character)[:, 1])) / size(frames)
 
 

@@ -37,18 +37,19 @@ _IMPOSSIBLE = 2.0
 """Added weight of what lies beyond the smallest and the largest animals."""
 
 
-def named(path: Path) -> str:
+def animal_of(path: Path) -> str:
     """The animal that a file's name, else its folder's, speaks of; "" where none is known."""
     for text in (path.stem, path.parent.name):
         words = role_aliases.words(text)
-        found = next((word for word in words if word in STANDING), "")
-        if found:
-            return found
+        animal = next((word for word in words if word in STANDING), "")
+        if animal:
+            return animal
     return ""
 
 
 def improbable(stands: float, animal: str = "") -> float:
-    """How badly a standing height (metres) suits an animal: about the logarithm of the ratio to its own."""
+    """The misfit of a standing height (metres) to an animal: about the logarithm of the ratio to its
+    own."""
     if animal:
         return abs(math.log(stands / STANDING[animal]))
     beyond = max(0.0, math.log(SMALLEST / stands), math.log(stands / LARGEST))

@@ -79,23 +79,25 @@ class Reduction:
                 f"a reduction of {self.source.name} to {self.name} cannot be applied to a motion of "
                 f"{motion.character.name}: the skeletons differ"
             )
-        kept = list(self.joints)
-        if kept[0] == 0:
+        joints = list(self.joints)
+        if joints[0] == 0:
             root, turned = motion.root, self._locals(motion.rotations)
         else:
-            root = motion.positions[:, kept[0]]
-            turned = kinematics.local_from_global(self.character.skeleton, motion.global_rotations[:, kept])
+            root = motion.positions[:, joints[0]]
+            turned = kinematics.local_from_global(
+                self.character.skeleton, motion.global_rotations[:, joints]
+            )
         return self.character.motion(turned, root, motion.fps)
 
     def _locals(self, rotations: np.ndarray) -> np.ndarray:
         """Local rotations; untouched where no joint was left out above, so that nothing is rounded."""
-        kept, parents = np.array(rotations[:, list(self.joints)]), self.source.skeleton.parents.tolist()
+        local, parents = np.array(rotations[:, list(self.joints)]), self.source.skeleton.parents.tolist()
         for index, joint in enumerate(self.joints):
             above = parents[joint]
             while above >= 0 and above not in self.joints:
-                kept[:, index] = rotation.multiply(rotations[:, above], kept[:, index])
+                local[:, index] = rotation.multiply(rotations[:, above], local[:, index])
                 above = parents[above]
-        return kept
+        return local
 
 
 def reduce(character: Character, name: str) -> Reduction:
@@ -104,17 +106,17 @@ def reduce(character: Character, name: str) -> Reduction:
     Raises NotSupported for other names, SkeletonError when the body lacks a joint that it needs.
     """
     if name == "body22":
-        kept, roles = _body22(character)
+        joints, roles = _body22(character)
     elif name in ("S23", "S28"):
-        kept, roles = _named(character, name, S23 if name == "S23" else S28)
+        joints, roles = _by_names(character, name, S23 if name == "S23" else S28)
     else:
         raise NotSupported(f"no structure {name!r}; structures are {', '.join(STRUCTURES)}")
-    skeleton = _reduced(character, kept)
-    pose = kinematics.local_from_global(skeleton, character.reference_globals[kept])
+    skeleton = _reduced(character, joints)
+    pose = kinematics.local_from_global(skeleton, character.reference_globals[joints])
     reduced = replace(
         character, skeleton=skeleton, roles=tuple(roles), reference_pose=pose, skin=None, whole=None
     )
-    return Reduction(name, character, reduced, tuple(kept))
+    return Reduction(name, character, reduced, tuple(joints))
 
 
 def _body22(character: Character) -> tuple[list[int], list[str | None]]:
@@ -124,58 +126,60 @@ def _body22(character: Character) -> tuple[list[int], list[str | None]]:
             f"{character.name} cannot be reduced to body22: no joint is known as {', '.join(missing)}; "
             "name them in a roles file"
         )
-    found = dict(character.joint_of)
+    joint_of = dict(character.joint_of)
     spine, neck = chain(character.roles, "spine"), chain(character.roles, "neck")
     if len(spine) > 3:
         spine = [spine[k] for k in shares(3, len(spine))]
-    found |= {f"spine_{rank}": joint for rank, joint in enumerate(spine, 1)}
+    joint_of |= {f"spine_{rank}": joint for rank, joint in enumerate(spine, 1)}
     if neck:
-        found["neck"] = neck[0]
-    roles = [role for role in BODY22 if role in found]
-    return [found[role] for role in roles], list(roles)
+        joint_of["neck"] = neck[0]
+    roles = [role for role in BODY22 if role in joint_of]
+    return [joint_of[role] for role in roles], list(roles)
 
 
-def _named(character: Character, name: str, wanted: Sequence[str]) -> tuple[list[int], list[str | None]]:
+def _by_names(character: Character, name: str, names: Sequence[str]) -> tuple[list[int], list[str | None]]:
     """Joints and roles of one of SAN's structures."""
     bare = {
         strip_prefix(joint): index for index, joint in reversed(list(enumerate(character.skeleton.names)))
     }
-    if missing := [joint for joint in wanted if joint not in bare]:
+    if missing := [joint for joint in names if joint not in bare]:
         raise SkeletonError(
             f"{character.name} has no {', '.join(missing)}, which {name} needs; body22 takes any skeleton "
             "with roles"
         )
-    kept = [bare[joint] for joint in wanted]
-    return kept, [character.roles[joint] for joint in kept]
+    joints = [bare[joint] for joint in names]
+    return joints, [character.roles[joint] for joint in joints]
 
 
-def _reduced(character: Character, kept: list[int]) -> Skeleton:
+def _reduced(character: Character, joints: list[int]) -> Skeleton:
     """The skeleton of the kept joints at rest; left-out ends of head and toes become tips."""
     full, place = character.skeleton, character.skeleton.rest_positions
-    parents = [_parent(full, kept, joint) for joint in kept]
+    parents = [_parent(full, joints, joint) for joint in joints]
     offsets = np.stack(
         [
             full.offsets[j]
-            if full.parents[j] == (kept[p] if p >= 0 else -1)
-            else place[j] - (place[kept[p]] if p >= 0 else 0.0)
-            for j, p in zip(kept, parents, strict=True)
+            if full.parents[j] == (joints[p] if p >= 0 else -1)
+            else place[j] - (place[joints[p]] if p >= 0 else 0.0)
+            for j, p in zip(joints, parents, strict=True)
         ]
     )
-    tips = [EndSite(kept.index(site.parent), site.offset) for site in full.end_sites if site.parent in kept]
+    tips = [
+        EndSite(joints.index(site.parent), site.offset) for site in full.end_sites if site.parent in joints
+    ]
     for role, below in _TIPS.items():
         joint, end = character.joint_of.get(below), character.joint_of.get(role)
-        if joint in kept and end is not None and end not in kept:
+        if joint in joints and end is not None and end not in joints:
             x, y, z = (place[end] - place[joint]).tolist()
-            tips.append(EndSite(kept.index(joint), (x, y, z)))
-    return Skeleton(tuple(full.names[joint] for joint in kept), np.array(parents), offsets, tuple(tips))
+            tips.append(EndSite(joints.index(joint), (x, y, z)))
+    return Skeleton(tuple(full.names[joint] for joint in joints), np.array(parents), offsets, tuple(tips))
 
 
-def _parent(skeleton: Skeleton, kept: Sequence[int], joint: int) -> int:
-    """The index in ``kept`` of the nearest kept joint above; -1 for the first."""
-    above = next((j for j in ancestors(skeleton, joint) if j in kept), None)
-    if above is None and joint != kept[0]:
+def _parent(skeleton: Skeleton, joints: Sequence[int], joint: int) -> int:
+    """The index in ``joints``, those that are kept, of the nearest one above; -1 for the first."""
+    above = next((j for j in ancestors(skeleton, joint) if j in joints), None)
+    if above is None and joint != joints[0]:
         raise SkeletonError(
-            f"{skeleton.names[joint]!r} does not hang below {skeleton.names[kept[0]]!r}, the root of the "
+            f"{skeleton.names[joint]!r} does not hang below {skeleton.names[joints[0]]!r}, the root of the "
             "reduced body"
         )
-    return -1 if above is None else kept.index(above)
+    return -1 if above is None else joints.index(above)

@@ -16,7 +16,7 @@ def sampled(vertices: np.ndarray, faces: np.ndarray, numbers: np.ndarray) -> np.
     vertices: ``(frames, V, 3)``. faces: ``(F, 3)``. numbers: ``(frames, 3, points)`` uniform in [0, 1): the
     first chooses a triangle, the others the place in it (Osada et al. 2002, equation 1).
     """
-    found = np.empty((len(vertices), numbers.shape[2], 3))
+    points = np.empty((len(vertices), numbers.shape[2], 3))
     for frame, (corners, (which, first, second)) in enumerate(zip(vertices, numbers, strict=True)):
         a, b, c = (corners[faces[:, corner]] for corner in range(3))
         total = np.cumsum(np.linalg.norm(np.cross(b - a, c - a), axis=1))
@@ -24,5 +24,5 @@ def sampled(vertices: np.ndarray, faces: np.ndarray, numbers: np.ndarray) -> np.
         chosen = np.minimum(chosen, len(faces) - 1)
         root = np.sqrt(first)[:, None]
         way = second[:, None]
-        found[frame] = (1 - root) * a[chosen] + root * ((1 - way) * b[chosen] + way * c[chosen])
-    return found
+        points[frame] = (1 - root) * a[chosen] + root * ((1 - way) * b[chosen] + way * c[chosen])
+    return points

@@ -74,19 +74,22 @@ def correspondence(source: Character, target: Character) -> np.ndarray:
     for role, joint in target.joint_of.items():
         answer[joint] = source.joint_of.get(role, FOLLOW)
     for stem in CHAINS:
-        ours, theirs = chain(target.roles, stem), chain(source.roles, stem)
-        for rank, share in enumerate(shares(len(ours), len(theirs))):
-            answer[ours[rank]] = theirs[share] if share >= 0 else FOLLOW
+        target_chain, source_chain = chain(target.roles, stem), chain(source.roles, stem)
+        for rank, share in enumerate(shares(len(target_chain), len(source_chain))):
+            answer[target_chain[rank]] = source_chain[share] if share >= 0 else FOLLOW
     return answer
 
 
-def shares(wanted: int, given: int) -> list[int]:
-    """For each of ``wanted`` links, the one of ``given`` that corresponds; -1 where there is none.
+def shares(target_count: int, source_count: int) -> list[int]:
+    """For each of ``target_count`` links the one of ``source_count`` that corresponds; -1 where none does.
 
     Link k of n ends at the share k/n of the chain and takes the link that ends nearest to it.
     """
-    ranks = range(1, wanted + 1)
-    return [(2 * k * given + wanted) // (2 * wanted) - 1 if given else FOLLOW for k in ranks]
+    ranks = range(1, target_count + 1)
+    return [
+        (2 * k * source_count + target_count) // (2 * target_count) - 1 if source_count else FOLLOW
+        for k in ranks
+    ]
 
 
 def orientations(source: Motion, target: Character) -> np.ndarray:

@@ -27,11 +27,11 @@ _USUAL = {"y": 1.0, "z": 0.9, "x": 0.5, "-y": 0.5, "-z": 0.5, "-x": 0.5}
 _FLOOR = (-0.07, 0.09)
 """Of the body's extent: between which heights the lowest joint of one on the floor is."""
 _LYING = 0.5
-"""How sure the axis is of a body that lies on the floor."""
+"""Certainty of the axis of a body that lies on the floor."""
 SAMPLE = 2000
 """Frames that are looked at to find out about a body."""
 _AGAINST = 0.8
-"""How surely a body has to stand along another axis than the format's for a doubt to be said."""
+"""Certainty of another axis than the format's above which a doubt is reported."""
 
 
 @dataclass(frozen=True)
@@ -40,22 +40,22 @@ class Axis:
 
     up: str
     sure: float
-    told: bool
+    explicit: bool
     doubts: tuple[str, ...]
 
 
-def axis(recording: Recording, found: Sequence[str | None], up: str) -> Axis:
-    stands, sure = _up_axis(recording, found)
+def axis(recording: Recording, roles: Sequence[str | None], up: str) -> Axis:
+    stands, sure = _up_axis(recording, roles)
     if up != "auto":
         return Axis(up, sure if up == stands else 1.0, True, ())
     axis = recording.up or stands
     doubts: tuple[str, ...] = ()
-    if _contradicts(recording, found, stands, sure):
+    if _contradicts(recording, roles, stands, sure):
         doubts = (f"{axis} is stated to be up, and the body stands along {stands}: say up={stands}",)
     return Axis(axis, sure if axis == stands else 1.0, False, doubts)
 
 
-def _up_axis(recording: Recording, found: Sequence[str | None]) -> tuple[str, float]:
+def _up_axis(recording: Recording, roles: Sequence[str | None]) -> tuple[str, float]:
     """The axis that bodies stand along, and how sure that is (0 to 1).
 
     Mean over time of the direction from the feet to the head, or from the paws to the trunk of an animal.
@@ -63,7 +63,7 @@ def _up_axis(recording: Recording, found: Sequence[str | None]) -> tuple[str, fl
     can take. It also decides if the body is on the floor 0 in every frame along its axis, and not along the
     other: who lies still points along one axis all the time.
     """
-    body = PosedBody(recording.skeleton, found)
+    body = PosedBody(recording.skeleton, roles)
     lower = body.joints("left_foot", "right_foot", *(HANDS if body.quadruped else ()))
     upper = [body.hips, body.trunk_end] if body.level else body.joints("head") or [body.trunk_end]
     if not lower or set(upper) <= {body.hips}:
@@ -98,13 +98,13 @@ def _on_floor(places: np.ndarray, axis: str) -> bool:
     return bool(_FLOOR[0] * size < low and high < _FLOOR[1] * size)
 
 
-def _contradicts(recording: Recording, found: Sequence[str | None], stands: str, sure: float) -> bool:
+def _contradicts(recording: Recording, roles: Sequence[str | None], stands: str, sure: float) -> bool:
     """Whether a body stands along another axis than its format's, at rest too: not one that lies down."""
     if recording.up in ("", stands) or sure < _AGAINST * _USUAL[stands]:
         return False
     skeleton = recording.skeleton
     still = rotation.identity(1, len(skeleton))
-    resting = _up_axis(replace(recording, rotations=still, root=skeleton.offsets[:1]), found)
+    resting = _up_axis(replace(recording, rotations=still, root=skeleton.offsets[:1]), roles)
     return resting[0] == stands and resting[1] >= _AGAINST * _USUAL[stands]
 
 

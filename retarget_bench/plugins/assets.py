@@ -16,45 +16,41 @@ from retarget_bench.api.optional import method_card
 from retarget_bench.errors import BenchError
 from retarget_bench.files import digest
 from retarget_bench.plugins.post_processors import Composed
-from retarget_bench.plugins.spec import Spec
-
-LABEL = "local-{}"
-"""How results name what lies somewhere: where it lies does not matter, what it holds does."""
 
 
 def asset_path(method: Method, name: str) -> Path:
     """Where an asset lies, in full. Raises BenchError where it is not there or not what the card says."""
     asset = method_card(method).assets[name]
     path, parameter = _place(method, name)
+    needing = method.card.name.partition("+")[0]
     if not path.exists():
         cure = f"give {parameter}=PATH" if parameter else "put it there"
-        raise BenchError(f"{method.card.name} needs {asset.what}: {path} is not there; {cure}")
-    if asset.sha256 and (found := asset_hash(path)) != asset.sha256:
+        raise BenchError(f"{needing} needs {asset.what}: {path} is not there; {cure}")
+    if asset.sha256 and (held := asset_hash(path)) != asset.sha256:
         raise BenchError(
-            f"{method.card.name} needs {asset.what} with sha256 {asset.sha256[:12]}...; {path} has "
-            f"{found[:12]}..."
+            f"{needing} needs {asset.what} with sha256 {asset.sha256[:12]}...; {path} has {held[:12]}..."
         )
     return path
 
 
 def asset_hashes(method: Any) -> dict[str, str]:
     """Asset -> sha256 of what it holds, which keys of results depend on. Raises BenchError."""
-    inner = _inner(method)
-    return {name: asset_hash(asset_path(inner, name)) for name in sorted(method_card(inner).assets)}
+    return {name: asset_hash(asset_path(method, name)) for name in sorted(method_card(method).assets)}
 
 
-def labelled(spec: Spec, method: Any) -> Spec:
-    """The spec with what its assets hold in the place of the user's paths to them. Raises BenchError."""
-    given = _given(spec, method)
-    found = {name: asset_hash(asset_path(_inner(method), name)) for name in given}
-    return spec.with_parameters(**{name: LABEL.format(each[:8]) for name, each in found.items()})
-
-
-def in_full(spec: Spec, method: Any) -> Spec:
-    """The spec with the user's paths to assets in full, for processes that work in other folders."""
-    return spec.with_parameters(
-        **{name: str(_place(_inner(method), name)[0]) for name in _given(spec, method)}
-    )
+def _place(method: Any, name: str) -> tuple[Path, str]:
+    """Where an asset has to lie, and the parameter that holds this path, "" where none does."""
+    method = method.method if isinstance(method, Composed) else method
+    home = Path(inspect.getfile(type(method))).parent
+    parameters = inspect.signature(type(method)).parameters
+    if name not in parameters:
+        return home / name, ""
+    if not hasattr(method, name):
+        raise BenchError(f"{method.card.name}: keep the parameter {name} in self.{name}, where it is found")
+    value = str(getattr(method, name))
+    if value == parameters[name].default:
+        return home / value, name
+    return Path(value).expanduser().absolute(), name
 
 
 def asset_hash(path: Path) -> str:
@@ -69,33 +65,9 @@ def asset_hash(path: Path) -> str:
     return digest(repr(hashes), 64)
 
 
-def _inner(method: Any) -> Any:
-    """The method itself, where post-processors follow it."""
-    return method.method if isinstance(method, Composed) else method
-
-
-def _given(spec: Spec, method: Any) -> list[str]:
-    """The parameters of a spec that are paths of assets."""
-    return [name for name in method_card(_inner(method)).assets if name in spec.parameters]
-
-
-def _place(method: Any, name: str) -> tuple[Path, str]:
-    """Where an asset is to lie, and the parameter that says so, if there is one."""
-    home = Path(inspect.getfile(type(method))).parent
-    parameters = inspect.signature(type(method)).parameters
-    if name not in parameters:
-        return home / name, ""
-    if not hasattr(method, name):
-        raise BenchError(f"{method.card.name}: keep the parameter {name} in self.{name}, where it is found")
-    value = str(getattr(method, name))
-    if value == parameters[name].default:
-        return home / value, name
-    return Path(value).expanduser().absolute(), name
-
-
 def _stamp(path: Path) -> tuple[int, int]:
-    found = path.stat()
-    return found.st_mtime_ns, found.st_size
+    status = path.stat()
+    return status.st_mtime_ns, status.st_size
 
 
 @lru_cache(maxsize=1024)

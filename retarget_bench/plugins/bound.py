@@ -1,4 +1,4 @@
-"""Plug-ins bound to their parameters: a text is read once, and what it stands for is passed on.
+"""Plug-ins bound to their parameters: a text is parsed once, and the bound object is passed on.
 
     method("pan[weights=mine]+footlock").built.retarget(...)
 
@@ -6,7 +6,7 @@ A bound plug-in is the same object for the same text as long as the process live
 is first used, and knows what its results depend on and what they call it.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -17,13 +17,7 @@ from retarget_bench.api.datasets import DatasetCard
 from retarget_bench.errors import BenchError
 from retarget_bench.files import facts_digest, slug
 from retarget_bench.plugins import assets, registry
-from retarget_bench.plugins.code_hash import (
-    code_hash,
-    folder_hash,
-    imports,
-    package_code,
-    reached_code,
-)
+from retarget_bench.plugins.code_hash import code_hash, folder_hash, package_code, reached
 from retarget_bench.plugins.parameters import class_card
 from retarget_bench.plugins.spec import Spec
 
@@ -31,7 +25,7 @@ LAYERS, FEATURES = "training.layers", "training.features"
 """Packages that plug-ins share: layers of learned methods, networks for features of set metrics."""
 SETS = "evaluation.set_metrics"
 """The package that draws sets and evaluates metrics of them."""
-APART = ("motion/files/", "motion/editing/")
+APART = ("motion.files", "motion.editing")
 """Of ``motion/``, what no method reaches: formats of files, and edits around methods."""
 
 
@@ -47,37 +41,38 @@ class BoundMethod:
 
         Raises BenchError.
         """
-        found: Method = registry.create("methods", self.spec.here)
-        return found
+        method: Method = registry.create("methods", self.spec.here)
+        return method
 
     @cached_property
     def card(self) -> MethodCard:
         return optional.method_card(self.built)
 
     @cached_property
-    def known_as(self) -> Spec:
-        """The spec as results have it: local weights and assets go by their hash, since where they lie
-        does not matter, but what they hold does. Raises BenchError where there are none."""
-        weighted = {"weights": self.built, **optional.stages(self.built)}
-        labels = {
-            name: optional.weights_label(each)
-            for name, each in weighted.items()
-            if name in self.spec.parameters
-        }
-        labelled = self.spec.with_parameters(**{name: each for name, each in labels.items() if each})
-        return assets.labelled(labelled, self.built)
+    def _labels(self) -> dict[str, str]:
+        """Parameter that names local weights or assets -> the hash that it goes by in results.
 
-    @cached_property
+        Raises BenchError where these are missing."""
+        weighted, values = {"weights": self.built, **optional.stages(self.built)}, self.spec.parameters
+        labels = {name: optional.weights_label(each) for name, each in weighted.items() if name in values}
+        for name in self.card.assets:
+            if name in values:
+                labels[name] = f"local-{assets.asset_hash(assets.asset_path(self.built, name))[:8]}"
+        return {name: label for name, label in labels.items() if label not in ("", values[name])}
+
+    @property
+    def known_as(self) -> Spec:
+        """The spec in results: local weights and assets go by their hash, since where they lie does not
+        matter, but what they hold does. Raises BenchError where there are none."""
+        return self.spec.with_parameters(**self._labels)
+
+    @property
     def located(self) -> Spec:
         """The spec with the paths of local weights and assets in full, for processes that work in other
-        folders."""
-        spec = assets.in_full(self.spec, self.built)
-        found = {}
-        for name in ("weights", *optional.stages(self.built)):
-            path = Path(str(value := spec.parameters.get(name, "")))
-            if self.known_as.parameters.get(name, "") != value and not path.is_absolute() and path.exists():
-                found[name] = str(path.resolve())
-        return spec.with_parameters(**found)
+        folders. Raises BenchError where there are none."""
+        paths = {name: Path(str(self.spec.parameters[name])).expanduser() for name in self._labels}
+        full = {name: str(path.absolute()) for name, path in paths.items() if path.exists()}
+        return self.spec.with_parameters(**full)
 
     @property
     def code(self) -> str:
@@ -94,8 +89,8 @@ class BoundDataset:
     @cached_property
     def built(self) -> Dataset:
         """The plug-in object. Raises BenchError."""
-        found: Dataset = registry.create("datasets", self.spec)
-        return found
+        data: Dataset = registry.create("datasets", self.spec)
+        return data
 
     @cached_property
     def locations(self) -> tuple[str, ...]:
@@ -112,8 +107,8 @@ class BoundDataset:
     @cached_property
     def located(self) -> Spec:
         """The spec with the paths of its files in full, for processes that work in other folders."""
-        given = {n: str(self.spec.parameters[n]) for n in self.locations if n in self.spec.parameters}
-        paths = {name: str(Path(path).resolve()) for name, path in given.items() if Path(path).exists()}
+        places = {n: str(self.spec.parameters[n]) for n in self.locations if n in self.spec.parameters}
+        paths = {name: str(Path(path).resolve()) for name, path in places.items() if Path(path).exists()}
         return self.spec.with_parameters(**paths)
 
     @cached_property
@@ -136,9 +131,9 @@ class BoundMetrics:
     @cached_property
     def built(self) -> tuple[Any, ...]:
         """The plug-in objects. Raises BenchError."""
-        found = tuple(registry.create("metrics", Spec.parse(name)) for name in self.names)
-        declared_values(found)
-        return found
+        built = tuple(registry.create("metrics", Spec.parse(name)) for name in self.names)
+        declared_values(built)
+        return built
 
     @cached_property
     def of_cases(self) -> tuple[Metric, ...]:
@@ -153,15 +148,15 @@ class BoundMetrics:
     @cached_property
     def versions(self) -> dict[str, str]:
         """Metric name -> ``version+code``; the engine's comparison counts as code of each, the drawing and
-        evaluation of sets as code of set metrics, and the feature networks where a metric imports them."""
-        found = {}
+        evaluation of sets as code of set metrics, and what a metric reaches of the feature networks."""
+        versions = {}
         for name, metric in zip(self.names, self.built, strict=True):
-            own = list(_own_code("metrics", Spec.parse(name).name))
-            sets = package_code(SETS) if optional.is_set_metric(metric) else ()
-            shared = package_code(FEATURES) if any(imports(path, FEATURES) for _, path in own) else ()
-            code = code_hash([*own, *package_code("api.comparison"), *sets, *shared])
-            found[metric.card.name] = f"{metric.card.version}+{code}"
-        return found
+            files = reached(registry.code_files("metrics", Spec.parse(name).name), FEATURES)
+            files |= package_code("api.comparison")
+            if optional.is_set_metric(metric):
+                files |= package_code(SETS)
+            versions[metric.card.name] = f"{metric.card.version}+{code_hash(files)}"
+        return versions
 
 
 # --------------------------------------------------------------------------------------------- binding
@@ -205,23 +200,15 @@ def method_code(spec: Spec, stages: tuple[str, ...] = ()) -> str:
     reads formats of motion files has their code in its own ``content``.
 
     stages: plug-ins that the method is composed of (``optional.stage_names``). Nothing is imported."""
-    own = [file for name in dict.fromkeys((spec.name, *stages)) for file in _own_code("methods", name)]
-    own += [file for post in spec.posts for file in _own_code("posts", post.name)]
-    motion = (each for each in package_code("motion") if not each[0].startswith(APART))
-    layers = reached_code(LAYERS, (path for _, path in own))
-    return code_hash([*own, *motion, *layers])
+    own = set().union(*(registry.code_files("methods", name) for name in (spec.name, *stages)))
+    own = own.union(*(registry.code_files("posts", post.name) for post in spec.posts))
+    return code_hash(reached(own, LAYERS) | package_code("motion").difference(*map(package_code, APART)))
 
 
-def _own_code(kind: registry.Kind, name: str) -> Iterator[tuple[str, Path]]:
-    """A plug-in's own files, under names that do not depend on where the plug-in lies."""
-    for relative, path in registry.code_files(kind, name):
-        yield f"{kind}/{name}/{relative}", path
-
-
-def declared_values(found: Iterable[Metric | SetMetric]) -> dict[str, Value]:
+def declared_values(metrics: Iterable[Metric | SetMetric]) -> dict[str, Value]:
     """Value id -> its declaration. Raises BenchError where two metrics use the same id."""
     declared: dict[str, tuple[str, Value]] = {}
-    for metric in found:
+    for metric in metrics:
         for value in metric.card.computed:
             if value.id in declared:
                 raise BenchError(

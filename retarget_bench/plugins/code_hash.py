@@ -1,96 +1,108 @@
-"""Hashes of statements: comments, docstrings, blank lines and the engine's own layout do not count."""
+"""The Python files that a plug-in depends on, and hashes of their statements.
+
+Comments, docstrings, blank lines and the engine's own layout do not count. Nothing is imported.
+"""
 
 import ast
 import hashlib
 import io
 import tokenize
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins.own_files import all_statements
 
 ENGINE = "retarget_bench"
 FOLDER = Path(__file__).resolve().parents[1]
 
 
-def code_hash(files: Iterable[tuple[str, Path]]) -> str:
-    """Eight hex digits of Python files, each under a relative name, in the order of these names.
+def code_hash(paths: Iterable[Path]) -> str:
+    """Eight hex digits of Python files, by name and statements, wherever they lie and in any order.
 
-    A file counts by its statements (``statements``). One that is not Python counts byte by byte.
+    One that is not Python counts byte by byte.
     """
-    total = hashlib.sha256()
-    for name, path in sorted(files):
-        total.update(f"{name}\0{statements(path.read_bytes())}\0".encode())
-    return total.hexdigest()[:8]
+    texts = sorted(f"{path.name}\0{statements(path.read_bytes())}\0" for path in set(paths))
+    return hashlib.sha256("".join(texts).encode()).hexdigest()[:8]
 
 
-def relative_to(folder: Path, paths: Iterable[Path]) -> Iterator[tuple[str, Path]]:
-    """Files under their names relative to a folder; those outside of it under their own names."""
-    for path in paths:
-        inside = path.is_relative_to(folder)
-        yield (path.relative_to(folder).as_posix() if inside else path.name), path
+# ---------------------------------------------------------------------------------------------- files
+def own_files(path: Path, package: str = "") -> set[Path]:
+    """The files of a plug-in: its file or folder, and what they reach by relative imports.
 
-
-def package_code(name: str) -> Iterator[tuple[str, Path]]:
-    """Every Python file of a package of the engine, however deep, or that of a module.
-
-    Names are relative to the folder that it lies in. Nothing is imported.
+    path: its file, or its folder's ``__init__.py``. package: its module, if it lies in an installed
+    package, all files of which count.
     """
+    if package:
+        above = package.count(".") - (path.name != "__init__.py")
+        return _python_files(path.parents[above]) if above >= 0 else {path}
+    return reached(_python_files(path.parent) if path.name == "__init__.py" else {path})
+
+
+def package_code(name: str) -> set[Path]:
+    """Every Python file of a package of the engine, however deep, or that of a module."""
     path = FOLDER.joinpath(*name.split("."))
-    files = (file for file in path.rglob("*.py") if "__pycache__" not in file.parts)
-    return relative_to(path.parent, files if path.is_dir() else [path.with_suffix(".py")])
+    return _python_files(path) if path.is_dir() else {path.with_suffix(".py")}
 
 
-def imports(path: Path, name: str) -> bool:
-    """True if a Python file imports a package of the engine, or anything in it, by its full name."""
-    return any(f"{each}.".startswith(f"{ENGINE}.{name}.") for each in _imported(path))
-
-
-def reached_code(package: str, paths: Iterable[Path]) -> Iterator[tuple[str, Path]]:
-    """The files of a package of the engine that files import by full names, and what these import of it.
-
-    Names are relative to the folder that the package lies in. Nothing is imported.
-    """
-    folder, head = FOLDER.joinpath(*package.split(".")), f"{ENGINE}.{package}."
-    waiting, found = list(paths), set[Path]()
+def reached(paths: Iterable[Path], package: str = "") -> set[Path]:
+    """Files, and what they reach by relative imports, and by full names of a package of the engine."""
+    waiting, files = list(paths), set[Path]()
     while waiting:
-        for name in _imported(waiting.pop()):
-            if f"{name}.".startswith(head):
-                new = set(_files_of(folder, f"{name}.".removeprefix(head).split("."))) - found
-                found |= new
-                waiting += new
-    return relative_to(folder.parent, found)
+        if (path := waiting.pop()) not in files:
+            files.add(path)
+            waiting += _imported_files(path, package)
+    return files
 
 
-def _files_of(folder: Path, parts: Sequence[str]) -> Iterator[Path]:
-    """The files that an import of a name in a package runs: of packages on the way, and of a module."""
-    for part in ("", *parts):
-        folder = folder / part
-        yield from (file for file in (folder / "__init__.py", folder.with_suffix(".py")) if file.is_file())
+def _python_files(folder: Path) -> set[Path]:
+    return {path for path in folder.rglob("*.py") if "__pycache__" not in path.parts}
+
+
+def _imported_files(path: Path, package: str) -> Iterator[Path]:
+    """The files that a file's imports run: of packages on the way, and of modules."""
+    head = f"{ENGINE}.{package}."
+    for level, name in _imports(path.read_bytes()):
+        if level:
+            folder, inside = path.parents[level - 1], name
+        elif package and f"{name}.".startswith(head):
+            folder, inside = FOLDER.joinpath(*package.split(".")), f"{name}.".removeprefix(head)
+        else:
+            continue
+        for part in ("", *inside.split(".")):
+            folder = folder / part
+            yield from (f for f in (folder / "__init__.py", folder.with_suffix(".py")) if f.is_file())
 
 
 @cache
-def _imports_of(source: bytes) -> frozenset[str]:
+def _imports(source: bytes) -> frozenset[tuple[int, str]]:
+    """The level (0: by full name) and the dotted name of everything that a Python file imports."""
     try:
         tree = ast.parse(source)
     except (SyntaxError, ValueError):
         return frozenset()
-    found: set[str] = set()
+    names: set[tuple[int, str]] = set()
     for node in all_statements(tree):
         if isinstance(node, ast.Import):
-            found |= {each.name for each in node.names}
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            found |= {f"{node.module}.{each.name}" for each in node.names}
-    return frozenset(found)
+            names |= {(0, each.name) for each in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            module = f"{node.module}." if node.module else ""
+            names |= {(node.level, f"{module}{each.name}") for each in node.names}
+    return frozenset(names)
 
 
-def _imported(path: Path) -> frozenset[str]:
-    """Full names of what a Python file imports, relative imports aside."""
-    return _imports_of(path.read_bytes())
+def all_statements(tree: ast.Module) -> Iterator[ast.stmt]:
+    """The statements of a file, however deep: a tenth of the nodes that ``ast.walk`` visits."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.stmt):
+            yield node
+        for blocks in ("body", "orelse", "finalbody", "handlers", "cases"):
+            waiting.extend(getattr(node, blocks, ()))
 
 
+# --------------------------------------------------------------------------------------------- hashes
 @cache  # most files count for every method or metric of a run
 def statements(source: bytes) -> str:
     """A module's text without comments, docstrings, blank lines and trailing space.
@@ -112,8 +124,8 @@ def statements(source: bytes) -> str:
             _blank(lines, node)
         elif isinstance(node, ast.Expr) and isinstance(getattr(node.value, "value", None), str):
             _blank(lines, node)
-    said = [line.rstrip() for line in lines if line.strip()]
-    return "\n".join([f"from {ENGINE} import {', '.join(sorted(imported))}"] * bool(imported) + said)
+    written = [line.rstrip() for line in lines if line.strip()]
+    return "\n".join([f"from {ENGINE} import {', '.join(sorted(imported))}"] * bool(imported) + written)
 
 
 def _cut_comments(lines: list[str], text: str) -> None:
@@ -138,10 +150,10 @@ def _blank(lines: list[str], node: ast.stmt) -> None:
 @cache
 def folder_hash(folder: Path) -> str:
     """Eight hex digits of every motion file in a folder of predictions."""
-    found = sorted(p for p in folder.iterdir() if p.suffix.lower() in (".npz", ".bvh"))
-    if not found:
+    paths = sorted(p for p in folder.iterdir() if p.suffix.lower() in (".npz", ".bvh"))
+    if not paths:
         raise BenchError(f"{folder} holds no .npz or .bvh file; give the folder with the predictions")
     total = hashlib.sha256()
-    for path in found:
+    for path in paths:
         total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return total.hexdigest()[:8]

@@ -1,17 +1,38 @@
-"""Specs as people write them, with files of plug-ins for names: ``my_method.py[k=2]+my_post.py``."""
+"""Specs as people write them, with files of plug-ins for names: ``my_method.py[k=2]+my_post.py``.
+
+The first import of a file is made in a process of its own, so that code at the level of a module that
+hangs, or ends the process it is in, costs no command.
+"""
 
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
+from contextlib import suppress
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.files import cache_folder, digest, write_text
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.plugins.trial import try_import
 
+LONGEST = 120.0
+"""Seconds that an import may take; torch takes three."""
 _FILE = re.compile(r"(?:^|(?<=\+))[^\[\]+@'\"]+\.py(?=[\[+@]|$)")
+_IMPORTED = 77
+"""Exit code of a process in which the import came to an end."""
+_IMPORT = f"""
+import sys
+from contextlib import suppress
+from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
+with suppress(BenchError):
+    registry.add_file(sys.argv[1])
+sys.exit({_IMPORTED})
+"""
 
 
 def parse(text: str | Spec) -> Spec:
@@ -28,7 +49,7 @@ def dataset(text: str, root: str | PathLike[str] | None = None) -> Spec:
 
 def with_names(text: str) -> str:
     """A text with the names of plug-ins in place of their files, which are added to the registry."""
-    return _FILE.sub(_added, text.strip())
+    return _FILE.sub(lambda file: add_file(file[0]).name, text.strip())
 
 
 def written(spec: Spec) -> str:
@@ -38,8 +59,39 @@ def written(spec: Spec) -> str:
     return "+".join(files.get(each.name, each.name) + str(each).removeprefix(each.name) for each in parts)
 
 
-def _added(file: re.Match[str]) -> str:
-    path = Path(file[0])
+def add_file(path: str | PathLike[str]) -> registry.PluginEntry:
+    """``registry.add_file``, after an import elsewhere. Raises BenchError."""
+    path = Path(path)
     path = path.parent if path.name == "__init__.py" else path
     try_import(path)
-    return registry.add_file(path).name
+    return registry.add_file(path)
+
+
+def try_import(path: Path) -> None:
+    """Import a plug-in file elsewhere, once for each state of its code.
+
+    Raises BenchError where importing it ends the process, or takes longer than ``LONGEST`` seconds. Errors
+    of the plug-in itself are left to the import here.
+    """
+    if not registry.file_of(path).is_file():
+        return
+    mark = (
+        cache_folder()
+        / "plugins"
+        / digest(f"{sys.version}\0{registry.file_entry(path.resolve()).module}", 24)
+    )
+    if mark.exists():
+        return
+    command, nothing = [sys.executable, "-c", _IMPORT, str(path)], subprocess.DEVNULL
+    try:
+        code = subprocess.run(
+            command, stdin=nothing, stdout=nothing, stderr=nothing, timeout=LONGEST, check=False
+        ).returncode
+    except subprocess.TimeoutExpired:
+        raise BenchError(f"{path}: importing it takes more than {LONGEST:g} s; nothing was run") from None
+    if code != _IMPORTED:
+        raise BenchError(
+            f"{path}: importing it ends the process that does (exit code {code}); nothing was run"
+        )
+    with suppress(FileError):  # a cache that cannot be written: it is tried again the next time
+        write_text(mark, "")

@@ -4,7 +4,7 @@ import difflib
 import inspect
 import types
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -44,53 +44,25 @@ class Parameter:
 def known(factory: Callable[..., Any]) -> tuple[list[Parameter], bool]:
     """The parameters of a plug-in, and whether it takes any others (``**parameters``).
 
-    Those of ``**overrides: Unpack[Overrides]`` are the entries of the typed dictionary, see ``declared``.
+    Those of ``**overrides: Annotated[Any, Overrides]`` are the fields of the dataclass ``Overrides``.
     """
     try:
         signature = inspect.signature(factory)
     except (TypeError, ValueError):
         return [], True
     hints = _hints(factory)
-    found, others = [], False
+    parameters, others = [], False
     for each in signature.parameters.values():
         if each.kind is each.VAR_KEYWORD:
             hint = hints.get(each.name)
-            if typing.get_origin(hint) is typing.Unpack:
-                found += declared(typing.get_args(hint)[0])
+            if typing.get_origin(hint) is Annotated:
+                parameters += known(typing.get_args(hint)[1])[0]
             else:
                 others = True
         elif each.kind in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD):
             accepted, choices = _accepted(hints.get(each.name), each.default)
-            found.append(Parameter(each.name, accepted, choices, each.default))
-    return found, others
-
-
-def declared(overrides: type[Any]) -> list[Parameter]:
-    """The entries of a ``TypedDict`` as parameters.
-
-    The default is what ``Annotated`` adds to the type: ``facing: Annotated[float, -1.0]``. An entry without
-    one must be given.
-    """
-    found = []
-    for name, hint in typing.get_type_hints(overrides, include_extras=True).items():
-        default = inspect.Parameter.empty
-        if typing.get_origin(hint) is Annotated:
-            hint, default = typing.get_args(hint)[:2]
-        found.append(Parameter(name, *_accepted(hint, default), default))
-    return found
-
-
-def completed(overrides: type[Any], given: Mapping[str, Any]) -> dict[str, Any]:
-    """All entries of a ``TypedDict``, those that were not given at their defaults.
-
-    Raises TypeError, as a call does, on an entry that it does not declare or that is missing.
-    """
-    entries = {each.name: each for each in declared(overrides)}
-    if unknown := given.keys() - entries:
-        raise TypeError(f"unexpected keyword argument {sorted(unknown)[0]!r}")
-    if missing := [name for name, each in entries.items() if each.required and name not in given]:
-        raise TypeError(f"missing keyword argument {missing[0]!r}")
-    return {name: each.default for name, each in entries.items()} | dict(given)
+            parameters.append(Parameter(each.name, accepted, choices, each.default))
+    return parameters, others
 
 
 def fit(spec: Spec, factory: Callable[..., Any]) -> Spec:
@@ -172,9 +144,9 @@ def _accepted(hint: Any, default: Any) -> tuple[tuple[type, ...], tuple[Scalar, 
         return tuple({type(each): None for each in choices}), choices
     if typing.get_origin(hint) in (typing.Union, types.UnionType):
         parts = [_accepted(part, inspect.Parameter.empty) for part in typing.get_args(hint)]
-        open_ended = any(found and not choices for found, choices in parts)
+        open_ended = any(plain_types and not choices for plain_types, choices in parts)
         choices = () if open_ended else tuple(each for _, some in parts for each in some)
-        return tuple({t: None for found, _ in parts for t in found}), choices
+        return tuple({t: None for plain_types, _ in parts for t in plain_types}), choices
     if hint in plain:
         return (hint,), ()
     if isinstance(hint, type) and issubclass(hint, Path):
@@ -188,7 +160,7 @@ def _hints(factory: Callable[..., Any]) -> dict[str, Any]:
     """Annotations, resolved. A class may annotate with names that exist for a type checker only."""
     function = factory.__init__ if isinstance(factory, type) else factory  # type: ignore[misc]
     try:
-        return typing.get_type_hints(function)
+        return typing.get_type_hints(function, include_extras=True)
     except (NameError, TypeError, AttributeError):
         return {}
 

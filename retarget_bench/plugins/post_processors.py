@@ -109,16 +109,19 @@ class Composed:
         return optional.method_manifest(self.method)
 
     def supports(self, source: Character, target: Character) -> str | None:
-        asked = [(target, self.posts)]
+        pairs = [(target, self.posts)]
         if self._twice:
-            post, seen = self._twice[-1].card.name, OF_TARGET & set(optional.method_card(self.method).needs)
-            if seen:
+            post, privileged = (
+                self._twice[-1].card.name,
+                OF_TARGET & set(optional.method_card(self.method).needs),
+            )
+            if privileged:
                 return (
                     f"{post} asks for the source's own body, too, and {self.card.name.partition('+')[0]} "
-                    f"sees {', '.join(sorted(seen))} of the target"
+                    f"sees {', '.join(sorted(privileged))} of the target"
                 )
-            asked.append((source, self._twice))
-        return next((why for body, posts in asked if (why := self._reason(source, body, posts))), None)
+            pairs.append((source, self._twice))
+        return next((why for body, posts in pairs if (why := self._reason(source, body, posts))), None)
 
     def _reason(self, source: Character, body: Character, posts: Sequence[Post]) -> str | None:
         if reason := self.method.supports(source, body):
@@ -127,15 +130,15 @@ class Composed:
         return next((f"{name}: {reason}" for name, reason in each if reason), None)
 
     def retarget(self, source: Source, target: Character, *, context: Context) -> Prediction:
-        given = replace(context, ground=None)
-        answer = self.method.retarget(source.copy(), target, context=given)
-        (own,) = self._reconstructed([source], [target], [given])
+        bare = replace(context, ground=None)
+        answer = self.method.retarget(source.copy(), target, context=bare)
+        (own,) = self._reconstructed([source], [target], [bare])
         return self._processed(answer, own, source, target, context)
 
     def _reconstructed(
         self, sources: Sequence[Source], targets: Sequence[Character], contexts: Sequence[Context]
     ) -> Sequence[object]:
-        """Of every source the method's answer on its own body, where a post-processor needs it."""
+        """The method's answer to every source on its own body, None where no post-processor needs it."""
         if not self._twice:
             return [None] * len(sources)
         return optional.reconstructed(self.method, [each.copy() for each in sources], targets, contexts)
@@ -148,17 +151,19 @@ class Composed:
         Raises NotSupported, and Invalid naming the plug-in."""
         bare = Context(context.seed, context.device, context.precision, context.ground)
         case, again = Case(_NO_CASE, source, target), Case(_NO_CASE, source, source.character)
-        found, before = verified(answer, case), self.method.card.name
-        kept = _kept(own, again) if self._twice else None
+        prediction, before = verified(answer, case), self.method.card.name
+        reconstruction = (
+            _verified(own, again, "asked for the source's own body, it") if self._twice else None
+        )
         for number, post in enumerate(self.posts, 1):
-            given = bare
-            if kept is not None and RECONSTRUCTION in needs(post):
-                given = replace(bare, reconstruction=kept.copy())
-            found = _through(post, found, before, case, given)
-            if kept is not None and number < len(self._twice):
-                kept = _through(post, kept, before, again, given)
+            post_context = bare
+            if reconstruction is not None and RECONSTRUCTION in needs(post):
+                post_context = replace(bare, reconstruction=reconstruction.copy())
+            prediction = _through(post, prediction, before, case, post_context)
+            if reconstruction is not None and number < len(self._twice):
+                reconstruction = _through(post, reconstruction, before, again, post_context)
             before = post.card.name
-        return found
+        return prediction
 
     def _batch(
         self,
@@ -169,37 +174,33 @@ class Composed:
         contexts: Sequence[Context],
     ) -> list[Prediction]:
         copies = [source.copy() for source in sources]
-        given = [replace(context, ground=None) for context in contexts]
-        answers = method.retarget_batch(copies, targets, contexts=given)
-        own = self._reconstructed(sources, targets, given)
-        asked = zip(answers, own, sources, targets, contexts, strict=True)
-        return [self._processed(*each) for each in asked]
+        bare = [replace(context, ground=None) for context in contexts]
+        answers = method.retarget_batch(copies, targets, contexts=bare)
+        own = self._reconstructed(sources, targets, bare)
+        questions = zip(answers, own, sources, targets, contexts, strict=True)
+        return [self._processed(*each) for each in questions]
 
 
-def _through(post: Post, found: Prediction, before: str, case: Case, context: Context) -> Prediction:
-    """What a post-processor makes of an answer to a case, which ``before`` gave."""
-    name, kind, takes = post.card.name, kind_of(found), post.card.accepts
+def _through(post: Post, prediction: Prediction, before: str, case: Case, context: Context) -> Prediction:
+    """A prediction after a post-processor. before: the name of the plug-in that gave it."""
+    name, kind, takes = post.card.name, kind_of(prediction), post.card.accepts
     if kind not in takes:
         raise NotSupported(f"{name} takes {' or '.join(takes)}, but {before} gives {kind} only")
-    answer = post.process(found.copy(), case.source.copy(), context=context)
+    return _verified(post.process(prediction.copy(), case.source.copy(), context=context), case, name)
+
+
+def _verified(answer: object, case: Case, subject: str) -> Prediction:
+    """A valid answer. Raises Invalid that begins with a subject."""
     try:
         return verified(answer, case)
     except Invalid as error:
-        raise Invalid(f"{name} {error}") from error
-
-
-def _kept(own: object, case: Case) -> Prediction:
-    """The method's answer on the source's own body. Raises Invalid where it is none."""
-    try:
-        return verified(own, case)
-    except Invalid as error:
-        raise Invalid(f"asked for the source's own body, it {error}") from error
+        raise Invalid(f"{subject} {error}") from error
 
 
 def needs(post: Post) -> tuple[str, ...]:
     """``PostCard.needs``; cards of a plug-in's own class may leave it out, or give one word."""
-    found = getattr(post.card, "needs", None) or ()
-    return (found,) if isinstance(found, str) else tuple(found)
+    inputs = getattr(post.card, "needs", None) or ()
+    return (inputs,) if isinstance(inputs, str) else tuple(inputs)
 
 
 _NO_CASE = CaseInfo("", "retarget", "", "", "", "")

@@ -51,7 +51,7 @@ def verified(answer: object, case: Case) -> Prediction:
     placed = answer.root if isinstance(answer, Motion) else getattr(answer, answer.arrays[0])
     farthest = np.abs(placed).max(initial=0.0)
     if farthest > FARTHEST:
-        raise Invalid(f"returned places up to {farthest:.3g} m away; lengths are in metres")
+        raise Invalid(f"returned positions up to {farthest:.3g} m away; lengths are in metres")
     if isinstance(answer, Motion):
         lengths = np.linalg.norm(answer.rotations, axis=-1)
         if (worst := np.abs(lengths - 1).max(initial=0.0)) > UNIT_TOLERANCE:

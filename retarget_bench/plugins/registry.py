@@ -15,7 +15,7 @@ import importlib
 import importlib.util
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
 from functools import cache
@@ -27,7 +27,7 @@ import retarget_bench
 from retarget_bench import files as files_
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import parameters
-from retarget_bench.plugins.own_files import own_files
+from retarget_bench.plugins.code_hash import own_files
 from retarget_bench.plugins.spec import NAME, Spec, folded
 
 Kind = Literal["methods", "metrics", "datasets", "posts"]
@@ -44,8 +44,6 @@ _MARKS: dict[Kind, tuple[str, ...]] = {
     "posts": ("process",),
 }
 _FILES: dict[Path, PluginEntry] = {}
-_CODE: dict[Path, str] = {}
-"""Hash of the code of every file in ``_FILES`` when it was imported."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +89,23 @@ class PluginEntry:
                 return str(each.value.value)
         return self.name.replace("_", " ")
 
+    @property
+    def by_file(self) -> bool:
+        """Whether it was named by its file."""
+        return self.module.startswith(_FILE_MODULE)
+
+    @property
+    def code_files(self) -> set[Path]:
+        """The Python files whose text decides what it does; nothing is imported.
+
+        A built-in or a single file: itself, and what it reaches by relative imports. An installed plug-in:
+        every file of the package that it lies in. Raises BenchError where it has no source file.
+        """
+        if self.path is None:
+            raise BenchError(f"{self}: no source file of module {self.module} was found")
+        installed = self.origin != BUILT_IN and not self.by_file
+        return own_files(self.path, self.module if installed else "")
+
     def __str__(self) -> str:
         return f"{SINGULAR[self.kind]} {self.name} ({self.origin})"
 
@@ -98,8 +113,11 @@ class PluginEntry:
 # -------------------------------------------------------------------------------------------- finding
 def names(kind: Kind) -> list[PluginEntry]:
     """Every plug-in of a kind, sorted by name, built-ins first, none of them imported."""
-    found = [*_built_in(kind), *_installed(kind), *(e for e in _FILES.values() if e.kind == kind)]
-    return sorted(found, key=lambda entry: (entry.name, entry.origin != BUILT_IN, entry.origin))
+    rooms = [Path(base) / ROOMS[kind] for base in retarget_bench.__path__]
+    built_in = [entry for room in rooms for entry in _in_room(kind, room)]
+    by_file = [entry for entry in _FILES.values() if entry.kind == kind]
+    entries = [*built_in, *_installed(kind), *by_file]
+    return sorted(entries, key=lambda entry: (entry.name, entry.origin != BUILT_IN, entry.origin))
 
 
 def find(kind: Kind, name: str) -> PluginEntry:
@@ -120,8 +138,7 @@ def find(kind: Kind, name: str) -> PluginEntry:
 def kinds_of(name: str) -> list[Kind]:
     """The kinds that have a plug-in of this name, mostly one; raises BenchError where none has."""
     everything = [entry for kind in KINDS for entry in names(kind)]
-    found = {entry.kind for entry in _matching(name, everything)}
-    kinds = [kind for kind in KINDS if kind in found]
+    kinds = list(dict.fromkeys(entry.kind for entry in _matching(name, everything)))
     if not kinds:
         raise BenchError(f"nothing is called {name!r}; {_cure(name, everything)}")
     return kinds
@@ -133,52 +150,52 @@ def _matching(name: str, entries: list[PluginEntry]) -> list[PluginEntry]:
     return exactly or [entry for entry in entries if folded(entry.name) == folded(name)]
 
 
+def code_files(kind: Kind, name: str) -> set[Path]:
+    """``code_files`` of the plug-in of this name. Raises BenchError."""
+    return find(kind, name).code_files
+
+
 def spelled(text: str, kinds: tuple[Kind, ...] = KINDS) -> str:
     """A spec as people write it, such as ``copy rotations[root_rule=none]``, with the plug-in's own name.
 
     Case, spaces, underscores and hyphens do not count, and a title may stand for the name. A text that is
     no plug-in's name is given back.
     """
-    name, parameters = re.fullmatch(r"([^\[+@]*)(.*)", text.strip(), re.DOTALL).groups()  # type: ignore[union-attr]
+    name = re.split(r"[\[+@]", text.strip())[0]
     entries = [entry for kind in kinds for entry in names(kind)]
-    found = _matching(name, entries) or [e for e in entries if folded(e.title) == folded(name)]
-    return f"{found[0].name}{parameters}" if found else text
+    matches = _matching(name, entries) or [e for e in entries if folded(e.title) == folded(name)]
+    return matches[0].name + text.strip().removeprefix(name) if matches else text
 
 
 def _cure(name: str, entries: list[PluginEntry]) -> str:
-    """The names that were perhaps meant, else all of them."""
-    known = sorted({entry.name for entry in entries})
-    close = [each for each in known if each.startswith(name.casefold())]
-    close = close or difflib.get_close_matches(name.casefold(), known, 3, 0.7)
-    return f"did you mean {' or '.join(close)}?" if close else f"known are {', '.join(known) or 'none'}"
-
-
-def _built_in(kind: Kind) -> Iterator[PluginEntry]:
-    for base in retarget_bench.__path__:
-        yield from _in_room(kind, Path(base) / ROOMS[kind])
+    """Advice for an unknown name: close names, else all."""
+    existing = sorted({entry.name for entry in entries})
+    close = [each for each in existing if each.startswith(name.casefold())]
+    close = close or difflib.get_close_matches(name.casefold(), existing, 3, 0.7)
+    return f"did you mean {' or '.join(close)}?" if close else f"known are {', '.join(existing) or 'none'}"
 
 
 @cache
 def _in_room(kind: Kind, room: Path) -> tuple[PluginEntry, ...]:
-    found = []
+    entries = []
     for path in sorted(room.iterdir()) if room.is_dir() else ():
-        file = path / "__init__.py" if path.is_dir() else path
+        file = file_of(path)
         if path.name[0] not in "_." and file.suffix == ".py" and file.is_file():
             module = f"retarget_bench.{ROOMS[kind].replace('/', '.')}.{path.stem}"
-            found.append(PluginEntry(path.stem, kind, BUILT_IN, module, path=file))
-    return tuple(found)
+            entries.append(PluginEntry(path.stem, kind, BUILT_IN, module, path=file))
+    return tuple(entries)
 
 
 @cache
 def _installed(kind: Kind) -> tuple[PluginEntry, ...]:
     from importlib.metadata import entry_points
 
-    found: dict[PluginEntry, None] = {}
+    entries: dict[PluginEntry, None] = {}
     for point in entry_points(group=f"retarget_bench.{kind}"):
         origin = f"{point.dist.name} {point.dist.version}" if point.dist else "an installed package"
         where = point.module, point.attr or "plugin", _locate(point.module)
-        found[PluginEntry(point.name, kind, origin, *where)] = None
-    return tuple(found)
+        entries[PluginEntry(point.name, kind, origin, *where)] = None
+    return tuple(entries)
 
 
 def _locate(module: str) -> Path | None:
@@ -198,21 +215,20 @@ def _locate(module: str) -> Path | None:
 def add_file(path: str | Path) -> PluginEntry:
     """Make the plug-in in a ``.py`` file (or in a folder with an ``__init__.py``) known by its stem.
 
-    Its kind is told by what its ``plugin`` has: ``retarget``, ``compute`` or ``features``, ``cases``, or
-    ``process``; so the file is imported here. Adding a file twice is the same as once. Raises BenchError.
+    The attributes of its ``plugin`` decide its kind: ``retarget``, ``compute`` or ``features``, ``cases``,
+    or ``process``; so the file is imported here. Adding it again changes nothing. Raises BenchError.
     """
     path = Path(path).resolve()
     if path in _FILES:
         return _FILES[path]
-    entry = _file_entry(path)
-    file = entry.path
-    if file is None or not file.is_file() or file.suffix != ".py" or not NAME.fullmatch(path.stem):
-        what = "is no plug-in" if path.exists() else "no such plug-in file"
+    entry, file = file_entry(path), file_of(path)
+    if not file.is_file() or file.suffix != ".py" or not NAME.fullmatch(path.stem):
+        what = "is not a plug-in" if path.exists() else "no such plug-in file"
         raise BenchError(
             f"{path}: {what}; it is a .py file or a folder with an __init__.py, named with letters, "
             "digits and _.-"
         )
-    factory = _attribute(entry, _import_file(entry))
+    factory = _factory(entry)
     kind = next((k for k, marks in _MARKS.items() if any(hasattr(factory, mark) for mark in marks)), None)
     if kind is None:
         raise BenchError(
@@ -220,34 +236,34 @@ def add_file(path: str | Path) -> PluginEntry:
             "and process (a post-processor)"
         )
     _FILES[path] = replace(entry, kind=kind)
-    _CODE[path] = _code(entry)
     return _FILES[path]
 
 
-def _file_entry(path: Path) -> PluginEntry:
-    """The plug-in in a file or folder; its kind is not known yet."""
-    module = f"{_FILE_MODULE}{path.stem}_{files_.digest(str(path))}"
-    file = path / "__init__.py" if path.is_dir() else path
-    return PluginEntry(path.stem, "methods", str(path), module, path=file)
+def file_of(path: Path) -> Path:
+    """The file of a plug-in that is one file or a folder."""
+    return path / "__init__.py" if path.is_dir() else path
+
+
+def file_entry(path: Path, kind: Kind = "methods") -> PluginEntry:
+    """The plug-in in a file or folder. kind: the right one where it is known.
+
+    The name of its module moves when its code does, so that it is imported anew.
+    """
+    file = file_of(path)
+    code = [each.read_bytes() for each in sorted(own_files(file))] if file.is_file() else []
+    module = f"{_FILE_MODULE}{path.stem}_{files_.digest(repr((path, code)), 24)}"
+    return PluginEntry(path.stem, kind, str(path), module, path=file)
 
 
 def refresh_files() -> None:
     """Import added files anew whose code has changed, and forget those that are gone. Raises BenchError."""
     for path, entry in list(_FILES.items()):
-        there = entry.path is not None and entry.path.is_file()
-        if there and _code(entry) == _CODE.get(path):
-            continue
-        for module in [each for each in sys.modules if f"{each}.".startswith(f"{entry.module}.")]:
-            del sys.modules[module]
-        del _FILES[path]
-        if there:
-            for _, file in _code_files(entry):  # a second file of one second and size has the same bytecode
-                Path(importlib.util.cache_from_source(str(file))).unlink(missing_ok=True)
-            add_file(path)
-
-
-def _code(entry: PluginEntry) -> str:
-    return files_.digest("".join(f"{name}\0{file.read_bytes()!r}" for name, file in _code_files(entry)))
+        if file_entry(path).module != entry.module:
+            del _FILES[path]
+            if file_of(path).is_file():
+                for file in entry.code_files:  # a second file of one second and size has the same bytecode
+                    Path(importlib.util.cache_from_source(str(file))).unlink(missing_ok=True)
+                add_file(path)
 
 
 def files() -> tuple[tuple[str, Kind], ...]:
@@ -258,44 +274,43 @@ def files() -> tuple[tuple[str, Kind], ...]:
 def know_files(files: Iterable[tuple[str, Kind]]) -> None:
     """Make plug-in files known that another process has added; they are imported when they are used."""
     for file, kind in files:
-        path = Path(file)
-        if path not in _FILES:
-            _FILES[path] = replace(_file_entry(path), kind=kind)
-
-
-def _import_file(entry: PluginEntry) -> Any:
-    assert entry.path is not None
-    if entry.module in sys.modules:
-        return sys.modules[entry.module]
-    folder = [str(entry.path.parent)] if entry.path.name == "__init__.py" else None
-    spec = importlib.util.spec_from_file_location(
-        entry.module, entry.path, submodule_search_locations=folder
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[entry.module] = module
-    try:
-        with redirect_stdout(sys.stderr):  # what plug-ins print is no part of a table
-            spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        del sys.modules[entry.module]
-        raise _broken(entry, "imported", error) from error
-    return module
+        _FILES.setdefault(Path(file), file_entry(Path(file), kind))
 
 
 # -------------------------------------------------------------------------------------------- loading
 def load(kind: Kind, name: str) -> Callable[..., Any]:
     """The factory of a plug-in, imported now; raises BenchError naming the plug-in and its origin."""
-    entry = find(kind, name)
-    if entry.module.startswith(_FILE_MODULE):
-        return _attribute(entry, _import_file(entry))
+    return _factory(find(kind, name))
+
+
+def _factory(entry: PluginEntry) -> Callable[..., Any]:
+    """Raises BenchError."""
     try:
-        with redirect_stdout(sys.stderr):
-            module = importlib.import_module(entry.module)
+        with redirect_stdout(sys.stderr):  # what plug-ins print is no part of a table
+            factory = _import_file(entry) if entry.by_file else importlib.import_module(entry.module)
     except (Exception, SystemExit) as error:
         raise _broken(entry, "imported", error) from error
-    return _attribute(entry, module)
+    for part in entry.attribute.split("."):
+        factory = getattr(factory, part, None)
+    if not callable(factory):
+        raise BenchError(
+            f"{entry}: module {entry.module} has no {entry.attribute} that can be called; "
+            f"a plug-in's module ends with a line such as {entry.attribute} = MyMethod"
+        )
+    return factory
+
+
+def _import_file(entry: PluginEntry) -> Any:
+    if entry.module in sys.modules:
+        return sys.modules[entry.module]
+    spec: Any = importlib.util.spec_from_file_location(entry.module, entry.path)
+    module = sys.modules[entry.module] = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[entry.module]
+        raise
+    return module
 
 
 def canonical(kind: Kind, spec: Spec | str) -> Spec:
@@ -349,49 +364,19 @@ def working(kind: Kind) -> tuple[dict[str, Any], list[str]]:
 
     Those that must be given a parameter are in neither.
     """
-    found: dict[str, Any] = {}
+    plugins: dict[str, Any] = {}
     problems: dict[str, None] = {}
     for entry in names(kind):
         try:
             factory = load(kind, entry.name)
             if not any(each.required for each in parameters.known(factory)[0]):
-                found[entry.name] = create(kind, entry.name)
+                plugins[entry.name] = create(kind, entry.name)
         except BenchError as error:
             problems[str(error)] = None
-    return found, list(problems)
-
-
-def _attribute(entry: PluginEntry, module: Any) -> Callable[..., Any]:
-    found = module
-    for part in entry.attribute.split("."):
-        found = getattr(found, part, None)
-    if not callable(found):
-        raise BenchError(
-            f"{entry}: module {entry.module} has no {entry.attribute} that can be called; "
-            f"a plug-in's module ends with a line such as {entry.attribute} = MyMethod"
-        )
-    return found
+    return plugins, list(problems)
 
 
 def _broken(entry: PluginEntry, what: str, error: BaseException) -> BenchError:
     """The error to raise when plug-in code failed."""
     lines = [each.strip() for each in str(error).splitlines() if each.strip()]
     return BenchError(f"{entry} could not be {what}: {': '.join([type(error).__name__, *lines[:2]])}")
-
-
-# ------------------------------------------------------------------------------------------ own files
-def code_files(kind: Kind, name: str) -> list[tuple[str, Path]]:
-    """The Python files whose text decides what a plug-in does, sorted; nothing is imported.
-
-    A built-in or a single file: itself, and what it reaches by relative imports. An installed plug-in:
-    every file of the package that it lies in. Names are relative to the plug-in's own folder, or to the one
-    that it lies in; files outside of it have their own names.
-    """
-    return _code_files(find(kind, name))
-
-
-def _code_files(entry: PluginEntry) -> list[tuple[str, Path]]:
-    if entry.path is None:
-        raise BenchError(f"{entry}: no source file of module {entry.module} was found")
-    installed = entry.origin != BUILT_IN and not entry.module.startswith(_FILE_MODULE)
-    return own_files(entry.path, entry.module if installed else "")

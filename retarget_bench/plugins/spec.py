@@ -46,13 +46,13 @@ _QUOTED = re.compile(r"\"((?:\\.|[^\"\\])*)\"|'((?:\\.|[^'\\])*)'", re.DOTALL)
 
 
 def folded(name: str) -> str:
-    """A name without what people write differently: case, spaces, underscores and hyphens."""
+    """A name without case, spaces, underscores and hyphens, which people write differently."""
     return re.sub(r"[\s_-]", "", name.casefold())
 
 
 @dataclass(frozen=True, eq=False)
 class Spec:
-    """A plug-in's name and the parameters it is asked for with.
+    """A plug-in's name and parameters, as they are written.
 
     posts: the post-processors of a method, in their order; they have none of their own.
     environment: where a method answers, as it is written; "": here.
@@ -99,10 +99,10 @@ class Spec:
         if not (self.parameters or self.posts or self.environment):
             return files.slug(self.name)
         facts = [[post.name, post.parameters] for post in self.posts]
-        told: object = [self.parameters, *facts] if facts else self.parameters
+        content: object = [self.parameters, *facts] if facts else self.parameters
         if self.environment:
-            told = {"environment": self.environment, "method": told}
-        text = json.dumps(told, sort_keys=True, separators=(",", ":"))
+            content = {"environment": self.environment, "method": content}
+        text = json.dumps(content, sort_keys=True, separators=(",", ":"))
         name = "-".join((*self.names.split("+"), *filter(None, [self.environment])))
         return f"{files.slug(name)[:LONGEST_NAME]}-{files.digest(text)}"
 
@@ -111,8 +111,8 @@ class Spec:
         pairs = [f"{key}={write_value(value)}" for key, value in self.parameters.items()]
         own = f"{self.name}[{','.join(pairs)}]" if pairs else self.name
         if self.environment:
-            whole = _WORD.fullmatch(self.environment)
-            own += f"@{self.environment if whole else _quoted(self.environment)}"
+            word = _WORD.fullmatch(self.environment)
+            own += f"@{self.environment if word else _quoted(self.environment)}"
         return "+".join((own, *map(str, self.posts)))
 
     def __eq__(self, other: object) -> bool:
@@ -165,10 +165,10 @@ class _Reader:
 
     def parameters(self) -> dict[str, Scalar]:
         """All of the text, in brackets."""
-        found = self._parameters() if self._take("[") else {}
+        parameters = self._parameters() if self._take("[") else {}
         if self.at < len(self.text):
-            raise self._error("the end" if found else "'['")
-        return found
+            raise self._error("the end" if parameters else "'['")
+        return parameters
 
     def spec(self) -> Spec:
         first, posts = self._plugin(), list[Spec]()
@@ -192,17 +192,17 @@ class _Reader:
         return Spec(name, self._parameters() if self._take("[") else {})
 
     def _parameters(self) -> dict[str, Scalar]:
-        found: dict[str, Scalar] = {}
+        parameters: dict[str, Scalar] = {}
         while not self._take("]"):
-            if found and not self._take(","):
+            if parameters and not self._take(","):
                 raise self._error("',' or ']'")
             key = self._match(_KEY, "a parameter's name")[0]
-            if key in found:
+            if key in parameters:
                 raise BenchError(f"{self.text}: parameter {key!r} is given twice")
             if not self._take("="):
                 raise self._error(f"'=' after {key}")
-            found[key] = self._value(key)
-        return found
+            parameters[key] = self._value(key)
+        return parameters
 
     def _value(self, key: str) -> Scalar:
         if self._at_quote():
@@ -223,13 +223,13 @@ class _Reader:
         inside = quoted[1] if quoted[1] is not None else quoted[2]
         return re.sub(r"\\(['\"\\])", r"\1", inside)
 
-    def _match(self, pattern: re.Pattern[str], wanted: str) -> re.Match[str]:
+    def _match(self, pattern: re.Pattern[str], expected: str) -> re.Match[str]:
         self._spaces()
-        found = pattern.match(self.text, self.at)
-        if found is None:
-            raise self._error(wanted)
-        self.at = found.end()
-        return found
+        match = pattern.match(self.text, self.at)
+        if match is None:
+            raise self._error(expected)
+        self.at = match.end()
+        return match
 
     def _take(self, character: str) -> bool:
         self._spaces()
@@ -242,9 +242,7 @@ class _Reader:
         while self.text[self.at : self.at + 1].isspace():
             self.at += 1
 
-    def _error(self, wanted: str) -> BenchError:
-        found = repr(self.text[self.at]) if self.at < len(self.text) else "the end"
-        return BenchError(
-            f"{self.text or 'an empty name'}: expected {wanted} at character {self.at + 1}, found {found}; "
-            + self.written
-        )
+    def _error(self, expected: str) -> BenchError:
+        actual = repr(self.text[self.at]) if self.at < len(self.text) else "the end"
+        where = f"{self.text or 'an empty name'}: expected {expected} at character {self.at + 1}"
+        return BenchError(f"{where}, found {actual}; {self.written}")

@@ -1,9 +1,10 @@
-"""``bench ablate``: trains the rows of an ablation under one budget, runs them, and makes the table."""
+"""Ablations: train the rows under one budget, run them, and make the table."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
+from retarget_bench import defaults
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
@@ -16,17 +17,8 @@ from retarget_bench.tables.published.printed import PublishedTable, of_rows
 from retarget_bench.training.ablation import Ablation
 from retarget_bench.training.train import ProgressReporter, TrainingOptions, finished, train
 
-TASK = "retarget"
 DECIMALS = 4
 """Of our numbers: one more than papers print, since rows of one method differ by little."""
-
-
-@dataclass(frozen=True)
-class TrainedRow:
-    """A row of an ablation by its label. ready: the method with the weights that were trained for it."""
-
-    label: str
-    ready: Spec
 
 
 def find(method: Spec, name: str) -> Ablation:
@@ -40,11 +32,11 @@ def find(method: Spec, name: str) -> Ablation:
     if not offered:
         raise BenchError(f"{method.name} offers no ablation")
     if name not in offered:
-        known = ", ".join(f"{each} ({found.title})" for each, found in offered.items())
-        raise BenchError(f"{method.name} has no ablation {name!r}; there are {known}")
+        names = ", ".join(f"{each} ({ablation.title})" for each, ablation in offered.items())
+        raise BenchError(f"{method.name} has no ablation {name!r}; there are {names}")
     changed = {parameter for parameters in offered[name].rows.values() for parameter in parameters}
-    if given := sorted(changed & set(method.parameters)):
-        raise BenchError(f"{method}: {' and '.join(given)} is what rows of {name} change; leave it out")
+    if stated := sorted(changed & set(method.parameters)):
+        raise BenchError(f"{method}: {' and '.join(stated)} is what rows of {name} change; leave it out")
     return offered[name]
 
 
@@ -54,7 +46,7 @@ def published(ablation: Ablation) -> PublishedTable:
 
 
 def check(ablation: Ablation, data: Spec) -> None:
-    """Check for what would stand in the way once all is trained.
+    """Check before training that the table can be made.
 
     Raises BenchError where no metric has a column's value, or the data set to test on no case for a column.
     """
@@ -62,7 +54,7 @@ def check(ablation: Ablation, data: Spec) -> None:
     tested = bound.dataset(data).built
     for cases, column in {column.cases: column for column in published(ablation).columns}.items():
         there = [split for split in tested.card.splits if column.takes(split)]
-        if not any(tested.cases(TASK, split) for split in there):
+        if not any(tested.cases(defaults.TASK, split) for split in there):
             raise BenchError(
                 f"{tested.label.strip()} has no case of {cases}, and rows are measured on such; name "
                 "another data set by --test"
@@ -70,40 +62,36 @@ def check(ablation: Ablation, data: Spec) -> None:
 
 
 def train_rows(
-    ablation: Ablation, asked: TrainingOptions, out: Path, reporter: ProgressReporter
-) -> list[TrainedRow]:
-    """Weights for every row, under the same data, seed, preset and budget.
+    ablation: Ablation, shared: TrainingOptions, out: Path, reporter: ProgressReporter
+) -> dict[str, Spec]:
+    """Label of every row -> the method with weights for it, all under the same data, seed, preset, budget.
 
-    asked: what all rows have in common; its method is the one that rows change. A row that is trained is
+    shared: what all rows have in common; its method is the one that rows change. A row that is trained is
     left as it is, one that was interrupted goes on. Raises BenchError where a folder holds another run.
     """
-    assert asked.method is not None
-    made = []
-    for row, parameters in ablation.rows.items():
-        spec = registry.canonical("methods", asked.method.with_parameters(**parameters))
-        mine = replace(asked, method=spec, out=out / "train" / spec.slug, resume=True)
-        if finished(mine):
-            reporter.say(f"{row}: trained already ({mine.out})")
+    assert shared.method is not None
+    trained = {}
+    for label, parameters in ablation.rows.items():
+        spec = registry.canonical("methods", shared.method.with_parameters(**parameters))
+        options = replace(shared, method=spec, out=out / "train" / spec.slug, resume=True)
+        if finished(options):
+            reporter.say(f"{label}: trained already ({options.out})")
         else:
-            reporter.say(f"{row}: training {spec}")
-            train(mine, reporter)
-        ready = registry.canonical("methods", spec.with_parameters(weights=str(mine.out)))
-        made.append(TrainedRow(row, ready))
-    return made
+            reporter.say(f"{label}: training {spec}")
+            train(options, reporter)
+        trained[label] = registry.canonical("methods", spec.with_parameters(weights=str(options.out)))
+    return trained
 
 
-def plan_of(
-    ablation: Ablation, trained: Sequence[TrainedRow], data: Spec, out: Path, jobs: int
-) -> plan.Plan:
+def plan_of(ablation: Ablation, trained: Mapping[str, Spec], data: Spec, out: Path, jobs: int) -> plan.Plan:
     """The plan of predictions and scores on the data set to test on. Raises BenchError; see ``check``."""
-    there = bound.dataset(data).built.card.splits
-    asked = published(ablation).columns
+    splits, columns = bound.dataset(data).built.card.splits, published(ablation).columns
     return plan.Plan(
-        methods=tuple(dict.fromkeys(each.ready for each in trained)),
+        methods=tuple(dict.fromkeys(trained.values())),
         datasets=(data,),
-        splits=tuple(split for split in there if any(column.takes(split) for column in asked)),
+        splits=tuple(split for split in splits if any(column.takes(split) for column in columns)),
         metrics=_metrics(ablation),
-        task=TASK,
+        task=defaults.TASK,
         out=out,
         jobs=jobs,
     )
@@ -111,28 +99,33 @@ def plan_of(
 
 def _metrics(ablation: Ablation) -> tuple[str, ...]:
     """Names of the metrics that compute the columns. Raises BenchError where there is none."""
-    wanted = {column.value_id for column in published(ablation).columns}
-    found, _ = registry.working("metrics")
-    names = {value.id: name for name, each in found.items() for value in each.card.values}
-    if unknown := sorted(wanted - set(names)):
+    value_ids = {column.value_id for column in published(ablation).columns}
+    metrics, _ = registry.working("metrics")
+    names = {value.id: name for name, metric in metrics.items() for value in metric.card.values}
+    if unknown := sorted(value_ids - set(names)):
         raise BenchError(f"no metric computes {', '.join(unknown)}")
-    return tuple(sorted({names[value] for value in wanted}))
+    return tuple(sorted({names[value] for value in value_ids}))
 
 
 def table(
-    ablation: Ablation, trained: Sequence[TrainedRow], carried_out: plan.Plan, trained_on: str, recipe: str
+    ablation: Ablation,
+    trained: Mapping[str, Spec],
+    carried_out: plan.Plan,
+    trained_on: str,
+    config: str,
 ) -> Table:
     """Every printed row, and below it the one that was trained here, from the results of a plan.
 
-    trained_on: label of the training data. recipe: of every row.
+    trained_on: label of the training data. config: of every row, in words.
     """
-    rows = {bound.method(each.ready).known_as: each.label for each in trained}
+    rows = {bound.method(spec).known_as: label for label, spec in trained.items()}
     units = plan.evaluation_units(carried_out)
     known_as = {store.read_header(unit.paths.header).method.label: rows[unit.known_as] for unit in units}
-    made = joined(
-        published(ablation), [unit.paths for unit in units], Selection(variants=True), known_as=known_as
+    paths = [unit.paths for unit in units]
+    result = joined(published(ablation), paths, Selection(variants=True), known_as=known_as)
+    (tested_on,) = (bound.dataset(each).built.label.strip() for each in carried_out.datasets)
+    note = (
+        f"Every row of ours: {config}, trained on {trained_on}, tested on {tested_on}. How rows differ can "
+        "be compared with the paper, the numbers cannot."
     )
-    (tested,) = (bound.dataset(each).built.label.strip() for each in carried_out.datasets)
-    how = f"Every row of ours: {recipe}, trained on {trained_on}, tested on {tested}"
-    told = f"{how}. How rows differ can be compared with the paper, the numbers cannot."
-    return replace(made, notes=(told, *made.notes))
+    return replace(result, notes=(note, *result.notes))

@@ -1,4 +1,4 @@
-"""Results that travel with the methods: where a method is known to be worse than the default one.
+"""Shipped comparisons: where a method is known to be worse than the default one.
 
 ``methods/known.csv`` holds comparisons of ``bench compare``, people only. A comparison counts for the
 versions and the weights that it was made with. ``methods/known_bodies.csv`` holds how the bodies of the
@@ -72,8 +72,8 @@ FIELDS = tuple(each.name for each in fields(Comparison))
 
 @dataclass(frozen=True)
 class Build:
-    """How a body is built, whatever its unit. topology: of its skeleton. shares: of its bones in the length
-    of all, in the order of the joints."""
+    """The proportions of a body, without its unit. topology: of its skeleton. shares: of its bones in the
+    length of all, in the order of the joints."""
 
     topology: str
     shares: tuple[float, ...]
@@ -100,22 +100,22 @@ def shipped(name: str = "known.csv") -> Path:
 
 
 def identity(spec: Spec | str) -> tuple[str, str, str]:
-    """What a method is known by: its spec without ``weights``, its version, the hash of its weights."""
-    asked = registry.canonical("methods", spec)
-    made = registry.create("methods", asked)
-    others = {name: value for name, value in asked.parameters.items() if name != "weights"}
-    label = str(Spec(asked.name, others, asked.posts))
-    return label, optional.method_card(made).version, optional.weights_hash(made)
+    """A method's spec without ``weights``, its version and the hash of its weights."""
+    canonical = registry.canonical("methods", spec)
+    method = registry.create("methods", canonical)
+    others = {name: value for name, value in canonical.parameters.items() if name != "weights"}
+    label = str(Spec(canonical.name, others, canonical.posts))
+    return label, optional.method_card(method).version, optional.weights_hash(method)
 
 
 def worse(spec: Spec | str) -> list[Comparison]:
-    """The comparisons in which this method, as it is now, is worse than the default one, as it is now."""
-    mine, default = identity(spec), identity(defaults.METHOD)[:2]
+    """The comparisons, valid for both current versions, in which a method is worse than the default one."""
+    own, default = identity(spec), identity(defaults.METHOD)[:2]
     rows = store.read_csv(shipped(), FIELDS) if shipped().exists() else []
     return [
         each
         for each in (Comparison(*row) for row in rows)
-        if (each.method, each.version, each.weights) == mine
+        if (each.method, each.version, each.weights) == own
         and (each.default, each.default_version) == default
         and each.better == each.default
     ]
@@ -127,9 +127,9 @@ def caution(spec: Spec | str, source: Character, target: Character) -> str:
         return ""
     alike = _joints(source) == _joints(target)
     split = usual_split(alike and Build.of(source).same_as(Build.of(target)), alike)
-    found = [each for each in worse(spec) if each.split == split]
-    bodies = GENERATED if found and _generated(source) and _generated(target) else REAL
-    return next((each.sentence for each in found if each.bodies == bodies), "")
+    comparisons = [each for each in worse(spec) if each.split == split]
+    bodies = GENERATED if comparisons and _generated(source) and _generated(target) else REAL
+    return next((each.sentence for each in comparisons if each.bodies == bodies), "")
 
 
 def _joints(body: Character) -> set[tuple[str, str]]:

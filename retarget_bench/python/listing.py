@@ -22,11 +22,11 @@ def metrics() -> ListFrame:
     """A row per value of every metric: ``metric``, ``value_id`` (names a column of tables), ``label``,
     ``unit``, ``better`` (``lower``, ``higher``, ``target`` or ``none``), ``meaning``, and ``index``: what
     it is a curve over, or nothing. Broken metrics are left out."""
-    found, _ = registry.working("metrics")
+    metrics_by_name, _ = registry.working("metrics")
     return ListFrame(
         [
             {"metric": name, "value_id": value.id} | {each: getattr(value, each) for each in FACTS}
-            for name, metric in found.items()
+            for name, metric in metrics_by_name.items()
             for value in metric.card.values
         ]
     )

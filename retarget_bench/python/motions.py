@@ -26,11 +26,15 @@ from retarget_bench.motion.files.smpl.arrays import finite
 from retarget_bench.motion.files.smpl.joint_arrays import Joints
 from retarget_bench.motion.findings import counted_frames
 from retarget_bench.motion.importer import Imported
+from retarget_bench.motion.point_sets import PointSets
 from retarget_bench.options import OptionSet, option
 from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.python import known
-from retarget_bench.python.arguments import checked, takes_after
-from retarget_bench.python.plans import Named, method_spec
+from retarget_bench.python.arguments import checked, takes
+from retarget_bench.python.plans import MethodLike, method_spec
+from retarget_bench.verification import verdict as verdicts
+from retarget_bench.verification.verdict import Verdict
 
 if TYPE_CHECKING:
     from retarget_bench.python.views import Player
@@ -125,7 +129,7 @@ class Motion(character.Motion):
 
 
 class _ArrayOptions(OptionSet):
-    """What an array does not say of itself."""
+    """The skeleton of an array of positions."""
 
     joints: Joints | None = option(
         "Of an array: the skeleton whose joints it has (smpl, smplh, smplx, body, h36m), or their names in "
@@ -146,7 +150,7 @@ class LoadOptions(_ArrayOptions, Reading):
 class RetargetOptions(_ArrayOptions, Edits):
     """How a motion is retargeted."""
 
-    method: Named | None = option(
+    method: MethodLike | None = option(
         "The method, with parameters in brackets, or the file of your own (my_method.py).",
         default=None,
         shown=f"{defaults.METHOD}; for scans {defaults.SCAN_METHOD}",
@@ -160,7 +164,7 @@ class RetargetOptions(_ArrayOptions, Edits):
     )
 
 
-@takes_after(LoadOptions)
+@takes(LoadOptions)
 @checked
 def load_motion(path: Loadable, options: LoadOptions) -> Motion:
     """The motion of a file (BVH, GLB, glTF, FBX, AMC, AMASS ``.npz``, ``.npy``), in metres, Y up; or of an
@@ -170,55 +174,54 @@ def load_motion(path: Loadable, options: LoadOptions) -> Motion:
     axis, roles of joints) is found from the body and its motion; a warning names what is doubtful and what
     to say. Raises BenchError for what cannot be read, and for unknown options.
     """
-    found, doubts = _loaded(path, options)
+    motion, doubts = _loaded(path, options)
     _warn(doubts)
-    return found
+    return motion
 
 
-@takes_after(LoadOptions)
+@takes(LoadOptions)
 @checked
 def load_character(path: Loadable, options: LoadOptions) -> Character:
     """The character of a motion, which may have a single frame, as ``load_motion`` reads it."""
-    found, doubts = _loaded(path, options)
+    motion, doubts = _loaded(path, options)
     _warn(doubts)
-    assert isinstance(found.character, Character)
-    return found.character
+    assert isinstance(motion.character, Character)
+    return motion.character
 
 
-def _loaded(given: Loadable, options: LoadOptions) -> tuple[Motion, list[str]]:
-    """A motion, and what is doubtful in its file, in sentences."""
-    if isinstance(given, np.ndarray):
+def _loaded(source: Loadable, options: LoadOptions) -> tuple[Motion, list[str]]:
+    """A motion, and sentences on what is doubtful in its file."""
+    if isinstance(source, np.ndarray):
         path = Path("array")
-        if given.dtype.kind not in "fiu":
-            raise BenchError(f"an array of {given.dtype} has no joint positions; give one of numbers")
-        stated = of_array(path, finite(path, "it", given), options, options.joints or ())
-        found = importer.understood(path, stated, options, options.name)
-        moved = imported(found, of_file=False)
+        if source.dtype.kind not in "fiu":
+            raise BenchError(f"an array of {source.dtype} has no joint positions; give one of numbers")
+        stated = of_array(path, finite(path, "it", source), options, options.joints or ())
+        file = importer.understood(path, stated, options, options.name)
     elif options.joints is not None:
-        raise BenchError(f"{given}: joints are said of arrays; a file has its own")
+        raise BenchError(f"{source}: joints are said of arrays; a file has its own")
     else:
-        path = Path(given)
-        found = importer.load(path, options, name=options.name)
-        moved = imported(found)
-    doubts = [f"{path}: {each}" for each in found.findings.warnings]
-    return moved if options.fps is None else moved.resample(options.fps), doubts
+        path = Path(source)
+        file = importer.load(path, options, name=options.name)
+    motion = imported(file, of_file=not isinstance(source, np.ndarray))
+    doubts = [f"{path}: {each}" for each in file.findings.warnings]
+    return motion if options.fps is None else motion.resample(options.fps), doubts
 
 
 def _warn(sentences: Iterable[str]) -> None:
-    """Warnings that point at the caller of the interface."""
+    """Emit warnings that point at the caller of the interface."""
     for each in sentences:
         warnings.warn(each, stacklevel=5)
 
 
 @overload  # a text is a file, and no list of them
-@takes_after(RetargetOptions)
+@takes(RetargetOptions)
 def retarget(  # type: ignore[overload-overlap]
     source: Source, target: Target, options: RetargetOptions
 ) -> Motion: ...
 @overload
-@takes_after(RetargetOptions)
+@takes(RetargetOptions)
 def retarget(source: Sequence[Source], target: Target, options: RetargetOptions) -> list[Motion]: ...
-@takes_after(RetargetOptions)
+@takes(RetargetOptions)
 @checked
 def retarget(
     source: Source | Sequence[Source], target: Target, options: RetargetOptions
@@ -232,108 +235,99 @@ def retarget(
     warning says where the source begins with something else than its motion, and where the method is known
     to be worse than the default one. Raises BenchError with the reason where it gives no answer.
     """
-    body, doubts = _body(target)
-    _warn(doubts)
-    found = []
+    if isinstance(target, character.Character | character.Motion):
+        body = target.character if isinstance(target, character.Motion) else target
+    else:
+        loaded, doubts = _loaded(target, LoadOptions())
+        _warn(doubts)
+        body = loaded.character
+    answers = []
     for each in [source] if isinstance(source, _ONE) else source:
-        moved, doubts = _source(each, options)
-        method = options.method or defaults.METHOD
-        found.append(answer(moved, body, method, options.seed, options))
-        _warn((*doubts, *cautions(method, moved.character, body), *editing.doubts(moved, options)))
-    return found[0] if isinstance(source, _ONE) else found
+        if isinstance(each, character.Prediction):
+            motion, doubts = each, []
+        else:
+            motion, doubts = _loaded(each, LoadOptions(joints=options.joints))
+        answers.append(answer(motion, body, options))
+        _warn((*doubts, *cautions(motion, body, options)))
+    return answers[0] if isinstance(source, _ONE) else answers
 
 
-def _source(given: Source, options: RetargetOptions) -> tuple[character.Prediction, list[str]]:
-    if isinstance(given, character.Prediction):
-        return given, []
-    return _loaded(given, LoadOptions(joints=options.joints))
+def cautions(
+    source: character.Prediction, target: character.Character, options: RetargetOptions
+) -> tuple[str, ...]:
+    """Warnings about a method on two bodies, and about a start that was kept."""
+    method = method_spec(options.method or defaults.METHOD)
+    warnings = legs.guess(source.character, target), known.caution(method, source.character, target)
+    return (*filter(None, warnings), *editing.doubts(source, options))
 
 
-def _body(given: Target) -> tuple[character.Character, list[str]]:
-    if isinstance(given, character.Character):
-        return given, []
-    if isinstance(given, character.Motion):
-        return given.character, []
-    found, doubts = _loaded(given, LoadOptions())
-    return found.character, doubts
-
-
-def cautions(method: Named, source: character.Character, target: character.Character) -> tuple[str, ...]:
-    """Sentences on what not to expect of a method on two bodies."""
-    told = known.caution(method_spec(method), source, target)
-    return tuple(filter(None, (legs.guess(source, target), told)))
-
-
-def answer(
-    source: character.Prediction,
-    target: character.Character,
-    method: Named,
-    seed: int = 0,
-    wanted: Edits = editing.USUAL,
-) -> Motion:
+def answer(source: character.Prediction, target: character.Character, options: RetargetOptions) -> Motion:
     """``retarget`` without warnings."""
-    spec = method_spec(method)
-    asked = registry.create("methods", spec)
-    learned = bool(getattr(asked, "weights_hash", ""))  # raises where weights are missing or do not fit
+    spec, method, learned = ready(options.method or defaults.METHOD)
     notes: list[tuple[str, ...]] = []
 
-    def plain(one: character.Prediction, body: character.Character) -> Motion:
-        found = _answer(asked, str(spec), one, body, seed)
-        notes.append(found.notes)
-        return found
+    def plain(motion: character.Prediction, body: character.Character) -> Motion:
+        prediction = predicted(method, spec, defaults.TASK, motion, body, options.seed)
+        fitted = with_rotations(prediction, motion)
+        notes.append(fitted.notes)
+        return fitted
 
-    found, done = editing.edited(source, target, wanted, plain, posed=not learned)
-    made = Motion(target, found.rotations, found.root, found.fps, (*notes[-1], *done))
-    return _with_places(made, source)
+    edited, edits_made = editing.edited(source, target, options, plain, posed=not learned)
+    result = Motion(target, edited.rotations, edited.root, edited.fps, (*notes[-1], *edits_made))
+    if not isinstance(source, Motion) or source.places is None:
+        return result
+    if result.skeleton.same_as(source.skeleton, tolerance=1e-3 * source.character.height):
+        # the later ones of a source whose start was cut off
+        return replace(result, places=source.places[source.frames - result.frames :])
+    left_out = "positions of inner joints are left out: the target is another body"
+    return replace(result, notes=(*result.notes, left_out))
 
 
-def _answer(
-    asked: Any, spec: str, source: character.Prediction, target: character.Character, seed: int
-) -> Motion:
-    """What a method gives, with rotations. Raises BenchError with the reason where it gives nothing."""
+def ready(method: MethodLike) -> tuple[Spec, Any, bool]:
+    """A method's spec, the method, and whether it is learned. Raises BenchError where it, its parameters or
+    its weights cannot be used."""
+    spec = method_spec(method)
+    built = registry.create("methods", spec)
+    return spec, built, bool(getattr(built, "weights_hash", ""))
+
+
+def predicted(
+    method: Any,
+    spec: Spec,
+    task: str,
+    source: character.Prediction | PointSets,
+    target: character.Character,
+    seed: int,
+) -> character.Prediction:
+    """The answer of a method. Raises BenchError with the reason where it gives none."""
     from retarget_bench.evaluation.predict import predict
 
     names = (source.character.name, target.name)
-    case = Case(CaseInfo("file", "retarget", CROSS, *names, clip=names[0]), source, target)
-    outcome = predict(asked, case, Context(seed=seed))
-    if (found := outcome.prediction) is None:
+    case = Case(CaseInfo("file", task, CROSS, *names, clip=names[0]), source, target)
+    outcome = predict(method, case, Context(seed=seed))
+    if outcome.prediction is None:
         raise BenchError(f"{spec} gave no motion ({outcome.status}): {outcome.message}")
-    return with_rotations(found, source=source)
+    return outcome.prediction
 
 
-def _with_places(found: Motion, source: character.Prediction) -> Motion:
-    """A result with the inner positions of its source, where it is on the same body: the later ones of a
-    source whose start was cut off."""
-    if not isinstance(source, Motion) or source.places is None:
-        return found
-    if found.skeleton.same_as(source.skeleton, tolerance=1e-3 * source.character.height):
-        return replace(found, places=source.places[source.frames - found.frames :])
-    left_out = "positions of inner joints are left out: the target is another body"
-    return replace(found, notes=(*found.notes, left_out))
-
-
-def with_rotations(
-    found: character.Prediction,
-    body: character.Character | None = None,
-    source: character.Prediction | None = None,
-) -> Motion:
-    """A motion by its rotations, which are fitted to positions where it is known by these. body: whose
-    motion it is, where that character knows more than the motion's own. source: see ``fit``."""
+def with_rotations(motion: character.Prediction, source: character.Prediction | None = None) -> Motion:
+    """A motion by its rotations, which are fitted to positions where it is known by these. source: see
+    ``fit``."""
     notes: tuple[str, ...] = ()
-    if not isinstance(found, character.Motion):
+    if not isinstance(motion, character.Motion):
         from retarget_bench.motion.fitting import fit
 
-        fitted = fit.fit(found, source)
-        found, notes = fitted.motion, (f"rotations were fitted to positions: {fitted}",)
-    return Motion(body or found.character, found.rotations, found.root, found.fps, notes)
+        fitted = fit.fit(motion, source)
+        motion, notes = fitted.motion, (f"rotations were fitted to positions: {fitted}",)
+    return Motion(motion.character, motion.rotations, motion.root, motion.fps, notes)
 
 
-def imported(found: Imported, *, of_file: bool = True) -> Motion:
-    """What was read, as a motion that knows its file, where it is of one."""
-    moved, body = found.motion, found.motion.character
-    known = {each.name: getattr(body, each.name) for each in fields(character.Character)}
-    named = Character(**known, file=found if of_file else None)
-    return Motion(named, moved.rotations, moved.root, moved.fps, places=found.places)
+def imported(file: Imported, *, of_file: bool = True) -> Motion:
+    """A motion that was read, with its file for writing. of_file: False for an array."""
+    motion, body = file.motion, file.motion.character
+    facts = {each.name: getattr(body, each.name) for each in fields(character.Character)}
+    body_of_file = Character(**facts, file=file if of_file else None)
+    return Motion(body_of_file, motion.rotations, motion.root, motion.fps, places=file.places)
 
 
 def write(path: Path, motion: character.Motion) -> tuple[str, ...]:
@@ -345,15 +339,32 @@ def write(path: Path, motion: character.Motion) -> tuple[str, ...]:
     return writing.write(path, motion, like, places)
 
 
-def check_output(path: Path, *given: Path) -> None:
-    """Raises BenchError where results cannot be written under a name, or it is that of a file given."""
+def check_output(path: Path, *sources: Path) -> None:
+    """Raises BenchError where results cannot be written under a name, or it is that of a source."""
     if path.suffix.lower() not in files.suffixes(written=True):
-        known = " or ".join(files.suffixes(written=True))
+        endings = " or ".join(files.suffixes(written=True))
         why = "the result is a motion file"
         if path.suffix.lower() == ".fbx":
             why = "FBX is read and not written; programs that import FBX import GLB as well"
-        raise BenchError(f"{path}: {why}; give it a name that ends in {known}")
+        raise BenchError(f"{path}: {why}; give it a name that ends in {endings}")
     check_writable(path)
-    for each in (files.split_take(one)[0] for one in given):
+    for each in (files.split_take(one)[0] for one in sources):
         if path.exists() and each.exists() and path.samefile(each):
             raise BenchError(f"{path} would overwrite {each}; choose another name for the result")
+
+
+@checked
+def verdict(
+    source: character.Prediction | str | PathLike[str], result: character.Prediction | str | PathLike[str]
+) -> Verdict:
+    """Frames of a retargeted motion to look at and why, told from its source; ``print`` shows them.
+
+    source, result: motions, or files, with as many frames at one rate. The Verdict has ``defects``, worst
+    first, each with ``first``, ``last`` and ``worst`` frame, counted from 0, and a ``reason``;
+    ``as_dict()`` is what ``bench retarget --report`` writes. Hands in the body are looked for where the
+    result's character has a mesh. Raises BenchError where frames or rates differ.
+    """
+    source, result = (
+        load_motion(each) if isinstance(each, str | PathLike) else each for each in (source, result)
+    )
+    return verdicts.verdict(source, result)

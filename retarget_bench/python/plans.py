@@ -1,4 +1,4 @@
-"""Plans from what people name: methods by specs or files, and who takes part where nobody is named."""
+"""Plans from the names of methods and metrics, and the defaults where none are named."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ from retarget_bench.plugins import named, registry
 from retarget_bench.plugins.assets import asset_hashes
 from retarget_bench.plugins.bound import declared_values
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.plugins.trial import try_import
-from retarget_bench.python.run_options import Named as Named
+from retarget_bench.python.run_options import MethodLike as MethodLike
 from retarget_bench.python.run_options import RunOptions
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import names
@@ -59,16 +58,16 @@ def plan_of(options: RunOptions, tell: Tell, **others: Any) -> Plan:
     )
 
 
-def several(methods: Named | Sequence[Named]) -> Sequence[Named]:
+def several(methods: MethodLike | Sequence[MethodLike]) -> Sequence[MethodLike]:
     """One method, or some, as a list."""
     if isinstance(methods, str | PathLike | ModuleType) or callable(methods):
         return [methods]
     return methods
 
 
-def _metrics(asked: Sequence[str], task: str, tell: Tell) -> tuple[str, ...]:
-    others = metric_names([named.with_names(each) for each in asked if each != BY_DEFAULT])
-    usual = default_metrics(task, tell) if BY_DEFAULT in asked or not asked else ()
+def _metrics(requested: Sequence[str], task: str, tell: Tell) -> tuple[str, ...]:
+    others = metric_names([named.with_names(each) for each in requested if each != BY_DEFAULT])
+    usual = default_metrics(task, tell) if BY_DEFAULT in requested or not requested else ()
     return tuple(dict.fromkeys([*usual, *others]))
 
 
@@ -97,48 +96,48 @@ def default_methods(task: str, tell: Tell) -> tuple[Spec, ...]:
 def default_metrics(task: str, tell: Tell) -> tuple[str, ...]:
     """All metrics of a task, for those of one body also ``defaults.TASK_METRICS``. A metric with a value id
     that another one declares is left out; built-in ones come first."""
-    kept: dict[str, Any] = {}
+    chosen: dict[str, Any] = {}
     working = _working("metrics", tell)
     for name in sorted(
         working, key=lambda each: registry.find("metrics", each).origin != registry.BUILT_IN
     ):
         each = working[name]
         tasks = metric_tasks(each)
-        taken = TASKS[0] in tasks or task in tasks if task in PAIRED else task in tasks
-        if not taken and (task in PAIRED or name not in defaults.TASK_METRICS):
+        takes_part = TASKS[0] in tasks or task in tasks if task in PAIRED else task in tasks
+        if not takes_part and (task in PAIRED or name not in defaults.TASK_METRICS):
             continue
         try:
-            declared_values([*kept.values(), each])
+            declared_values([*chosen.values(), each])
         except BenchError as problem:
             tell(str(problem))
         else:
-            kept[name] = each
-    return tuple(kept)
+            chosen[name] = each
+    return tuple(chosen)
 
 
-def metric_names(asked: Sequence[str]) -> tuple[str, ...]:
+def metric_names(requested: Sequence[str]) -> tuple[str, ...]:
     """The metrics of these names: their own, or labels, ids and families of their values (``MPJPE``).
 
     What is neither is given back: the registry answers it.
     """
-    if not asked:
+    if not requested:
         return ()
-    known, plug_ins = names.installed(), {entry.name for entry in registry.names("metrics")}
-    found: dict[str, None] = {}
-    for each in asked:
+    values_by_id, plug_ins = names.installed(), {entry.name for entry in registry.names("metrics")}
+    metrics: dict[str, None] = {}
+    for each in requested:
         plug_in = registry.spelled(each, ("metrics",))
         own = plug_in.partition("[")[0] in plug_ins
-        values = [] if own else names.candidates(each, known)
-        found |= dict.fromkeys([known[key].metric for key in values] or [plug_in])
-    return tuple(found)
+        values = [] if own else names.candidates(each, values_by_id)
+        metrics |= dict.fromkeys([values_by_id[key].metric for key in values] or [plug_in])
+    return tuple(metrics)
 
 
 def _working(kind: registry.Kind, tell: Tell) -> dict[str, Any]:
-    """Every plug-in of a kind that can be built; broken ones are told and left out."""
-    found, problems = registry.working(kind)
+    """Every plug-in of a kind that can be built; ``tell`` gets a sentence for each broken one."""
+    plugins, problems = registry.working(kind)
     for problem in problems:
         tell(problem)
-    return found
+    return plugins
 
 
 def existing(places: Sequence[ResultPaths], root: Path) -> list[ResultPaths]:
@@ -149,41 +148,35 @@ def existing(places: Sequence[ResultPaths], root: Path) -> list[ResultPaths]:
 
 
 def warn(problem: str) -> None:
-    """``Tell`` of Python: a warning."""
+    """Warn of a plug-in that is left out."""
     warnings.warn(f"left out: {problem}", stacklevel=2)
 
 
-def method_spec(method: Named) -> Spec:
+def method_spec(method: MethodLike) -> Spec:
     """The spec of a method, whose file is added to the registry where it is given by one.
 
     Raises BenchError for what worker processes cannot find by a name or a file.
     """
     if isinstance(method, str):
         return named.parse(method)
-    if isinstance(method, PathLike):
-        path = Path(method)
-        try_import(path)
-    else:  # imported already
-        path = _file_of(method)
-    entry = registry.add_file(path)
+    # what is no path is imported already
+    entry = named.add_file(method) if isinstance(method, PathLike) else registry.add_file(_file_of(method))
     if entry.kind != "methods":
-        raise BenchError(f"{path} is a {registry.SINGULAR[entry.kind]}, and a method is asked for")
+        raise BenchError(f"{entry.origin} is a {registry.SINGULAR[entry.kind]}, and a method is asked for")
     return Spec(entry.name)
 
 
 def _file_of(method: object) -> Path:
     """The file of a plug-in's module, or of the class or function that is the ``plugin`` of its module."""
-    module = method if isinstance(method, ModuleType) else sys.modules.get(_module_name(method))
+    module = (
+        method if isinstance(method, ModuleType) else sys.modules.get(getattr(method, "__module__", ""))
+    )
     file = getattr(module, "__file__", None)
-    known = method is module or getattr(module, "plugin", None) is method
-    if not file or not known or module is sys.modules["__main__"]:
+    is_plugin = method is module or getattr(module, "plugin", None) is method
+    if not file or not is_plugin or module is sys.modules["__main__"]:
         name = getattr(method, "__name__", type(method).__name__)
         raise BenchError(
             f"{name} cannot be run: worker processes find a method by its name or file. Write it to a file "
             f"that ends with the line plugin = {name}, and give the path of that file"
         )
     return Path(file)
-
-
-def _module_name(method: object) -> str:
-    return str(getattr(method, "__module__", ""))

@@ -1,4 +1,4 @@
-"""Progress of long work: a bar where somebody watches, a line a minute elsewhere."""
+"""Progress of long work: a bar on terminals and in notebooks, a line a minute elsewhere."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def progress_bar(what: str, units: str, shown: bool = True) -> Iterator[Callable
 
 
 def _has_size() -> bool:
-    """True for a terminal that says how wide it is; a bar would be empty on another."""
+    """True for a terminal that reports its width; a bar would be empty on another."""
     try:
         return sys.stderr.isatty() and os.get_terminal_size(sys.stderr.fileno()).columns > 0
     except OSError:
@@ -55,14 +55,14 @@ class _Lines:
 
     def __init__(self, what: str, units: str) -> None:
         self.what, self.units = what, units
-        self.begun = self.told = time.monotonic()
+        self.start = self.printed = time.monotonic()
 
     def __call__(self, done: int, total: int) -> None:
         now = time.monotonic()
-        if not done or (now - self.told < SECONDS and done < total):
+        if not done or (now - self.printed < SECONDS and done < total):
             return
-        self.told = now
-        spent = (now - self.begun) / 60
-        known = f", about {spent * (total - done) / done:.1f} min left" if done >= total / 20 else ""
-        known = f" in {spent:.1f} min" if done >= total else known
-        print(f"{self.what}: {done} of {total} {self.units}{known}", file=sys.stderr, flush=True)
+        self.printed = now
+        spent = (now - self.start) / 60
+        remaining = f", about {spent * (total - done) / done:.1f} min left" if done >= total / 20 else ""
+        remaining = f" in {spent:.1f} min" if done >= total else remaining
+        print(f"{self.what}: {done} of {total} {self.units}{remaining}", file=sys.stderr, flush=True)

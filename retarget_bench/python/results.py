@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 import secrets
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 import pandas as pd
@@ -22,7 +21,7 @@ from retarget_bench.api import TASKS
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.figures import method_order
 from retarget_bench.options import listed
-from retarget_bench.python.arguments import checked, takes_after
+from retarget_bench.python.arguments import checked, takes
 from retarget_bench.python.motions import Motion, with_rotations
 from retarget_bench.python.views import Comparison, ListFrame, Player, TableView
 from retarget_bench.report import writing
@@ -58,20 +57,6 @@ class Results:
         if len(tasks := sorted({place.task for place in places})) > 1:
             raise BenchError(f"these are results of several tasks, {', '.join(tasks)}; load one of them")
 
-    @classmethod
-    @checked
-    def load(cls, *folders: str | PathLike[str], task: str = TASKS[0]) -> Self:
-        """The results in one folder or several, ``runs`` by default. Raises BenchError where one has none.
-
-        Methods of equal names in several folders are told apart by their folders.
-        """
-        found: list[ResultPaths] = []
-        for folder in map(Path, folders or (defaults.OUT,)):
-            if not (here := store.find_results(folder, task)):
-                raise BenchError(f"no results in {folder}; {_maker(task, folder)} makes some")
-            found += here
-        return cls(found)
-
     def __repr__(self) -> str:
         names = ", ".join(self.methods)
         splits = "; ".join(
@@ -98,10 +83,10 @@ class Results:
     def only(self, methods: str | Sequence[str] = (), splits: str | Sequence[str] = ()) -> Results:
         """The results of some methods, on some splits. Raises BenchError for those that there are not."""
         names = [methods] if isinstance(methods, str) else list(methods)
-        wanted = [splits] if isinstance(splits, str) else list(splits)
-        places = of_splits(self.places, wanted)
-        chosen = method_order.of_methods(places, names) if names else places
-        return Results(chosen, self.variants or bool(names))
+        places = of_splits(self.places, [splits] if isinstance(splits, str) else list(splits))
+        if names:
+            places = method_order.of_methods(places, names)
+        return Results(places, self.variants or bool(names))
 
     # ------------------------------------------------------------------------------------------ numbers
     @property
@@ -114,36 +99,28 @@ class Results:
         index: the point of a curve, or "". Cases without an answer have no row: see ``problems``.
         Values per joint and frame, and values of whole sets such as FID, are in tables.
         """
-        found = [np.array(column, dtype=object) for column in zip(*self._columns(), strict=True)]
-        return pd.DataFrame(
-            {name: np.concatenate(list(parts)) for name, parts in zip(ROW, found, strict=True)}
-        ).infer_objects()
-
-    def _columns(self) -> Iterator[tuple[np.ndarray, ...]]:
-        """The columns of ``ROW``, of one value of one method on one split at a time."""
+        frames = []
         for matrix in self._matrices:
-            facts = [_facts(matrix, name) for name in CASE]
+            cases = pd.DataFrame({name: _facts(matrix, name) for name in CASE})
             for row in matrix.rows:
                 for paths, run in zip(row.all_paths, row.runs, strict=True):
-                    seeds = store.read_header(paths.any_header).seeds or (0,)
-                    for (value, index), numbers in run.items():
-                        there = matrix.own & ~np.isnan(numbers)
-                        told = (matrix.dataset, matrix.split, row.label, seeds[0])
-                        case = (column[there] for column in facts)
-                        n = int(there.sum())
-                        yield (
-                            *(np.full(n, each, dtype=object) for each in told),
-                            *case,
-                            *(np.full(n, each, dtype=object) for each in (value, index)),
-                            numbers[there],
-                        )
+                    numbers = np.array([*run.values()]).reshape(len(run), len(matrix.cases))
+                    value, case = np.nonzero(matrix.own & ~np.isnan(numbers))
+                    frame = cases.iloc[case].reset_index(drop=True)
+                    frame[["value_id", "index"]] = np.array([*run], dtype=object).reshape(-1, 2)[value]
+                    frame["value"] = numbers[value, case]
+                    frame["dataset"], frame["split"] = matrix.dataset, matrix.split
+                    frame["method"] = row.label
+                    frame["seed"] = (store.read_header(paths.any_header).seeds or (0,))[0]
+                    frames.append(frame)
+        return pd.concat(frames, ignore_index=True)[list(ROW)].infer_objects()
 
     @property
     def problems(self) -> pd.DataFrame:
         """The cases that a method did not answer: ``dataset``, ``split``, ``method``, ``case``, ``status``
         (``unsupported``, ``invalid``, ``failed``, ``missing``) and ``message``; not those that a run has
         yet to do."""
-        found = [
+        rows = [
             (matrix.dataset, matrix.split, row.label, case, each.status, each.message)
             for matrix in self._matrices
             for row in matrix.rows
@@ -151,7 +128,7 @@ class Results:
             for case in each.cases
             if case not in row.header.waiting
         ]
-        return pd.DataFrame(found, columns=["dataset", "split", "method", "case", "status", "message"])
+        return pd.DataFrame(rows, columns=["dataset", "split", "method", "case", "status", "message"])
 
     @checked
     def worst(
@@ -172,7 +149,7 @@ class Results:
         of which neither end is better.
         """
         chosen = self.only(method, splits)
-        found, reasons = [], {}
+        frames, reasons = [], {}
         for matrix in of_bodies(chosen._matrices, bodies):
             of_cases, of_sets = names.declared([matrix])
             value_id = names.value_id(value, of_cases | of_sets)
@@ -185,35 +162,36 @@ class Results:
             frame = pd.DataFrame(
                 {"split": matrix.split} | {name: _facts(matrix, name) for name in CASE[:-1]}
             )
-            found.append(frame.assign(**{value_id: numbers, "loss": loss})[matrix.own & ~np.isnan(numbers)])
+            frames.append(
+                frame.assign(**{value_id: numbers, "loss": loss})[matrix.own & ~np.isnan(numbers)]
+            )
             reasons[matrix.split] = comparing.lacking(matrix, matrix.rows[0], value_id)
-        if not any(map(len, found)):
+        if not any(map(len, frames)):
             why = "; ".join(dict.fromkeys(filter(None, reasons.values()))) or "no case is answered"
             raise BenchError(f"no answer of {method} has a {facts.label} ({value_id}): {why}")
-        worst = pd.concat(found).sort_values("loss", ascending=False, kind="stable")
+        worst = pd.concat(frames).sort_values("loss", ascending=False, kind="stable")
         return ListFrame(worst.drop(columns="loss").head(n).reset_index(drop=True))
 
     # ------------------------------------------------------------------------------------- what is shown
-    @takes_after(Request)
+    @takes(Request)
     def table(self, options: Request) -> TableView:
         """The table of ``bench table``: text by ``str``, rich in notebooks, numbers in ``.frame``.
 
         Raises BenchError for values and bodies that no result has.
         """
-        asked = replace(options, variants=options.variants or self.variants)
-        return TableView(lambda form: requested.tables(self.places, asked, form))
+        request = replace(options, variants=options.variants or self.variants)
+        return TableView(lambda form: requested.tables(self.places, request, form))
 
-    @takes_after(PairOptions)
+    @takes(PairOptions)
     def compare(self, options: PairOptions) -> Comparison:
         """Two methods value by value on every split: difference, 95 % interval, p-value and a verdict.
 
         Tests are over source clips, paired, and adjusted for the values compared. Raises BenchError for
         methods or values without results.
         """
-        chosen = of_splits(self.places, listed(options.splits))
-        matrices = of_bodies(result_matrix.result_matrices(chosen), options.bodies)
-        wanted = listed(options.columns) if options.columns else None
-        return Comparison(comparing.compare(matrices, options.first, options.second, wanted, options.all))
+        matrices = comparing.matrices_of(self.places, options)
+        columns = listed(options.columns) if options.columns else None
+        return Comparison(comparing.compare(matrices, options.first, options.second, columns, options.all))
 
     @checked
     def show(self, case: str, methods: str | Sequence[str] = (), *, overlay: bool = False) -> Player:
@@ -221,8 +199,8 @@ class Results:
 
         case: its id, or a part of it that no other case has. Raises BenchError for an unknown case.
         """
-        having, found = results_library.case(self.only(methods).places, case)
-        scene = scene_builder.of_case(having, found)
+        having, case_id = results_library.case(self.only(methods).places, case)
+        scene = scene_builder.of_case(having, case_id)
         return Player(replace(scene, colours=results_library.colours(self._roots)), overlay)
 
     @checked
@@ -240,7 +218,7 @@ class Results:
             raise BenchError(f"{of} has no answer to {scene.title} ({figure.status}): {figure.message}")
         return with_rotations(figure.motion or figure.character.positions(figure.positions, scene.fps))
 
-    @takes_after(ReportOptions)
+    @takes(ReportOptions)
     def report(self, options: ReportOptions) -> Path:
         """Write one page with tables, charts and motion that opens from disk, and return its path.
 
@@ -274,30 +252,24 @@ class Results:
             raise BenchError(f"{folder} is where these results lie")
         if folder.exists():
             _check_replaceable(folder, overwrite)
-        made = folder.with_name(f".{secrets.token_hex(6)}.{folder.name[-40:]}")
-        old = made.with_name(f"{made.name}.old")
+        new_folder = folder.with_name(f".{secrets.token_hex(6)}.{folder.name[-40:]}")
+        old = new_folder.with_name(f"{new_folder.name}.old")
         try:
             for place in self.places:
-                _copy(place, replace(place, root=made))
+                _copy(place, replace(place, root=new_folder).folder)
             if folder.exists():
                 folder.rename(old)
-            made.rename(folder)
+            new_folder.rename(folder)
         except OSError as error:
             raise FileError(folder, f"cannot be written ({error.strerror or error})") from error
         finally:
-            shutil.rmtree(made, ignore_errors=True)
+            shutil.rmtree(new_folder, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
         return folder
 
 
-def _maker(task: str, folder: Path) -> str:
-    """What makes results of a task."""
-    asked = "" if task == TASKS[0] else f"task={task!r}, "
-    return f"rb.run(..., {asked}out={str(folder)!r})"
-
-
 def _facts(matrix: ResultMatrix, name: str) -> np.ndarray:
-    """``(cases,)`` what is known of every case under a name of ``CASE``."""
+    """``(cases,)`` a column of ``CASE``: a fact of every case."""
     if name == "bodies":
         return bodies_of_cases(matrix)
     attribute = "id" if name == "case" else name
@@ -317,24 +289,35 @@ def _check_replaceable(folder: Path, overwrite: bool) -> None:
         raise BenchError(f"{folder} is there; overwrite=True replaces the results in it")
 
 
-def _copy(place: ResultPaths, there: ResultPaths) -> None:
-    """Every file of one method on one split, and the metadata of its cases."""
-    there.folder.mkdir(parents=True, exist_ok=True)
-    files = [each for each in place.folder.iterdir() if each.is_file()]
-    for file in files:
-        if file.name.startswith("cases.") or _belongs(file.name, place.method):
-            shutil.copy2(file, there.folder / file.name)
-    if (predictions := place.folder / place.method).is_dir():
-        shutil.copytree(predictions, there.folder / place.method)
+def _copy(place: ResultPaths, there: Path) -> None:
+    """Copy every file of one method on one split, and the metadata of its cases, to a folder."""
+
+    def others(folder: str, names: Sequence[str]) -> list[str]:
+        inside = Path(folder) != place.folder  # predictions
+        return [each for each in names if not (inside or _belongs(each, place.method))]
+
+    shutil.copytree(place.folder, there, ignore=others, dirs_exist_ok=True)
 
 
 def _belongs(name: str, method: str) -> bool:
-    """True for a file of a method: ``ik.csv`` and ``ik.sets.csv``, but not ``ik.seed-1.csv``."""
+    """True for a file of a method, ``ik.csv`` and ``ik.sets.csv``, but not ``ik.seed-1.csv``, its folder of
+    predictions, and the metadata of cases."""
     rest = name.removeprefix(f"{method}.")
-    return rest != name and not rest.startswith("seed-") and not rest.endswith("journal")
+    own = rest != name and not rest.startswith("seed-") and not rest.endswith("journal")
+    return own or name == method or name.startswith("cases.")
 
 
 @checked
 def load_results(*folders: str | PathLike[str], task: str = TASKS[0]) -> Results:
-    """Results that ``rb.run`` or ``bench run`` made: see ``Results.load``."""
-    return Results.load(*folders, task=task)
+    """Results that ``rb.run`` or ``bench run`` made, in one folder or several, ``runs`` by default.
+
+    Methods of equal names in several folders are told apart by their folders. Raises BenchError where a
+    folder has none.
+    """
+    places: list[ResultPaths] = []
+    for folder in map(Path, folders or (defaults.OUT,)):
+        if not (here := store.find_results(folder, task)):
+            of = "" if task == TASKS[0] else f"task={task!r}, "
+            raise BenchError(f"no results in {folder}; rb.run(..., {of}out={str(folder)!r}) makes some")
+        places += here
+    return Results(places)

@@ -11,14 +11,14 @@ from retarget_bench import defaults
 from retarget_bench.evaluation.settings import Settings
 from retarget_bench.options import Names, OfSplits, option
 
-Named = str | PathLike[str] | ModuleType | Callable[..., Any]
+MethodLike = str | PathLike[str] | ModuleType | Callable[..., Any]
 """A method by its spec (``"ik"``), by the file of its plug-in, or by that file's module or ``plugin``."""
 
 
 class RunOptions(OfSplits, Settings):
-    """What is run, by names."""
+    """Methods, data and metrics of a run, by name."""
 
-    methods: Named | Sequence[Named] = option(
+    methods: MethodLike | Sequence[MethodLike] = option(
         "The methods; none: all that are untrained or come with weights.", default=(), kw_only=False
     )
     dataset: str = option(

@@ -27,6 +27,6 @@ def run(options: RunOptions) -> Results:
     planning.forget()
     registry.refresh_files()
     plan = plans.plan_of(options, plans.warn)
-    with progress_bar("run", "answers", options.progress) as told:
-        places = runner.run(plan, told, timed=options.timed)
+    with progress_bar("run", "answers", options.progress) as progress:
+        places = runner.run(plan, progress, timed=options.timed)
     return Results(plans.existing(places, plan.out), variants=options.methods != ())

@@ -6,10 +6,9 @@ import warnings
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from retarget_bench import defaults
-from retarget_bench.api import CROSS, Case, CaseInfo, Context
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion import character
 from retarget_bench.motion.files.reading import Reading
@@ -17,9 +16,9 @@ from retarget_bench.motion.point_sets import PointSets
 from retarget_bench.motion.scans.importing import load_body, load_scan
 from retarget_bench.motion.scans.reading import SUFFIXES, is_scan
 from retarget_bench.motion.scans.writing import write_frames
-from retarget_bench.plugins import registry
 from retarget_bench.python.arguments import checked
-from retarget_bench.python.plans import Named, method_spec
+from retarget_bench.python.motions import predicted, ready
+from retarget_bench.python.plans import MethodLike
 
 if TYPE_CHECKING:
     from retarget_bench.motion.scans.importing import ScanFindings
@@ -58,7 +57,7 @@ class Surface(character.Surface):
 def retarget_scans(
     source: str | PathLike[str],
     target: str | PathLike[str],
-    method: Named = defaults.SCAN_METHOD,
+    method: MethodLike = defaults.SCAN_METHOD,
     *,
     fps: float = FPS,
     unit: str = "auto",
@@ -82,36 +81,22 @@ def retarget_scans(
     return answer(scan.motion, body.character, method, seed, scan.findings.frames)
 
 
-def ready(method: Named) -> Any:
-    """The method. Raises BenchError where it, its parameters or its weights cannot be used."""
-    asked = registry.create("methods", method_spec(method))
-    getattr(asked, "weights_hash", "")  # weights that are not there, or do not fit, are told as such
-    return asked
-
-
 def answer(
     source: PointSets,
     target: character.Character,
-    method: Named,
+    method: MethodLike,
     seed: int = 0,
     names: tuple[str, ...] = (),
 ) -> Surface:
     """``retarget_scans`` of what was read already, without warnings. names: of the frames."""
-    from retarget_bench.evaluation.predict import predict
-
-    asked, spec = ready(method), method_spec(method)
-    both = (source.character.name, target.name)
-    case = Case(CaseInfo("file", "points", CROSS, *both, clip=both[0]), source, target)
-    outcome = predict(asked, case, Context(seed=seed))
-    found = outcome.prediction
-    if found is None:
-        raise BenchError(f"{spec} gave no motion ({outcome.status}): {outcome.message}")
-    if isinstance(found, character.Positions):
+    spec, built, _ = ready(method)
+    prediction = predicted(built, spec, "points", source, target, seed)
+    if isinstance(prediction, character.Positions):
         raise BenchError(f"{spec} answers joints alone; ask a method that answers a surface")
-    if isinstance(found, character.Surface):
-        return Surface(target, found.vertices, found.fps, names)
+    if isinstance(prediction, character.Surface):
+        return Surface(target, prediction.vertices, prediction.fps, names)
     assert target.mesh is not None
-    return Surface(target, target.mesh.skinned(found), found.fps, names)
+    return Surface(target, target.mesh.skinned(prediction), prediction.fps, names)
 
 
 def check_pair(source: Path, target: Path) -> bool:

@@ -71,14 +71,14 @@ class TableView:
         ``value_id``, ``label``, ``unit``, ``value`` (not a number: missing, and ``reason`` says why),
         ``low`` and ``high`` (95 % interval), ``mark`` (``best``, ``tied`` or nothing), ``place`` (1: the
         best of the ranked), ``cases``, ``clips``. In a breakdown ``part`` is the line."""
-        found = [
+        rows = [
             _facts(table, group, row, column, cell)
             for table in self._tables("csv")
             for group in table.groups
             for row in group.rows
             for column, cell in zip(group.columns, row.cells, strict=True)
         ]
-        return pd.DataFrame(found, columns=FACTS)
+        return pd.DataFrame(rows, columns=FACTS)
 
     def best(self) -> pd.DataFrame:
         """The best of the ranked methods: a line per value, a column per split.
@@ -89,9 +89,9 @@ class TableView:
         ranked = self.frame[self.frame["place"].notna()].sort_values("place", kind="stable")
         keys = ["dataset", "group", "part", "value_id", "split"]
         cells = [(*key, _best(each)) for key, each in ranked.groupby(keys, sort=False)]
-        found = pd.DataFrame(cells, columns=[*keys, "best"])
-        by = [each for each in ("dataset", "part") if found[each].nunique() > 1]
-        shown = found.pivot(index=[*by, "value_id"], columns="split", values="best")
+        best = pd.DataFrame(cells, columns=[*keys, "best"])
+        by = [each for each in ("dataset", "part") if best[each].nunique() > 1]
+        shown = best.pivot(index=[*by, "value_id"], columns="split", values="best")
         order = {each: number for number, each in enumerate(self.frame["value_id"].unique())}
         shown = shown.sort_index(level="value_id", key=lambda ids: ids.map(order), sort_remaining=False)
         return ListFrame(shown[[each for each in self.frame["split"].unique() if each in shown]])
@@ -133,13 +133,16 @@ def _facts(table: Table, group: Group, row: Row, column: Column, cell: Cell) -> 
 
 
 class Comparison:
-    """Two methods compared value by value: text by ``str``, numbers in ``frame``."""
+    """Two methods compared value by value: text by ``str``, numbers in ``frame``.
 
-    def __init__(self, found: Sequence[PairwiseComparison]) -> None:
-        self.found = tuple(found)
+    splits: the comparison of each split.
+    """
+
+    def __init__(self, comparisons: Sequence[PairwiseComparison]) -> None:
+        self.splits = tuple(comparisons)
 
     def __str__(self) -> str:
-        return pairwise_text.text(self.found)
+        return pairwise_text.text(self.splits)
 
     __repr__ = __str__
 
@@ -152,7 +155,7 @@ class Comparison:
         ``difference``, its 95 % interval (``low``, ``high``), ``p``, ``p_adjusted`` (see
         ``bench compare``), ``cases``, ``clips``, ``verdict``.
         """
-        text = io.StringIO(pairwise_text.comma_separated(self.found))
+        text = io.StringIO(pairwise_text.comma_separated(self.splits))
         return ListFrame(pd.read_csv(text, keep_default_na=False, na_values=[""], dtype=TEXTS))
 
 

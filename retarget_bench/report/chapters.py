@@ -72,7 +72,7 @@ class Split:
     def groups(self) -> dict[str, list[str]]:
         """Grouping (kind, pair, clip, ...) -> the group of every case."""
         cases = self.matrix.cases
-        found = {
+        groups = {
             "kind": [info.kind or UNKNOWN for info in cases],
             "pair": [info.pair for info in cases],
             "clip": [info.clip for info in cases],
@@ -82,10 +82,10 @@ class Split:
         for row in self.matrix.rows:
             structures |= case_metadata.read(row.paths).structures
             conditions |= case_metadata.read(row.paths).conditions
-        found["structure"] = [structures.get(info.target, UNKNOWN) for info in cases]
+        groups["structure"] = [structures.get(info.target, UNKNOWN) for info in cases]
         if conditions:
-            found["level"] = [definitions.level_name(conditions.get(info.id, {})) for info in cases]
-        return found
+            groups["level"] = [definitions.level_name(conditions.get(info.id, {})) for info in cases]
+        return groups
 
 
 @dataclass(frozen=True)
@@ -138,16 +138,16 @@ def chapters(
     variants: variants of methods are shown, too; they are where methods are named.
     Raises BenchError where a root has no results, and where nothing is left.
     """
-    found = results(roots)
-    chosen = [place for place in found if task is None or place.kind == task]
+    all_places = results(roots)
+    chosen = [place for place in all_places if task is None or place.kind == task]
     chosen = chosen if dataset is None else of_dataset(chosen, dataset)
     chosen = [place for place in chosen if not only or place in only]
     if not chosen:
-        there = sorted({f"{place.task} on {place.dataset}" for place in found})
+        there = sorted({f"{place.task} on {place.dataset}" for place in all_places})
         raise BenchError(f"no such results here; there are those of {', '.join(there)}")
     if methods:
-        named = method_order.of_methods(chosen, methods)
-        chosen = [place for place in chosen if place in named]
+        by_methods = method_order.of_methods(chosen, methods)
+        chosen = [place for place in chosen if place in by_methods]
     groups = method_order.apart(chosen)
     columns = _column_ids(groups, columns)
     bar = tqdm(groups, desc="reading results", unit="chapter", leave=False, disable=None)
@@ -162,13 +162,13 @@ def chapters(
 
 def results(roots: Sequence[Path]) -> list[ResultPaths]:
     """All that there are, of all tasks. Raises BenchError where a root has none."""
-    found: list[ResultPaths] = []
+    places: list[ResultPaths] = []
     for root in roots:
         here = method_order.everything([root])
         if not here:
             raise BenchError(f"no results in {root}; bench run --out {root} makes some")
-        found += here
-    return found
+        places += here
+    return places
 
 
 def _chapters(
@@ -179,15 +179,15 @@ def _chapters(
     name: what tables call the data set.
     """
     retargeted = places[0].kind in PAIRED
-    found = [replace(each, dataset=name) for each in result_matrix.result_matrices(places)]
+    matrices = [replace(each, dataset=name) for each in result_matrix.result_matrices(places)]
     selection = Selection(variants=variants or not retargeted, apart=retargeted)
     by_bodies: dict[str, list[ResultMatrix]] = {}
-    for matrix in selection.parts(found):
+    for matrix in selection.parts(matrices):
         by_bodies.setdefault(matrix.bodies, []).append(matrix)
-    made = (
+    chapters = (
         _chapter(places, by_bodies[name], data, columns) for name in sorted(by_bodies, key=_BODIES.index)
     )
-    return [chapter for chapter in made if chapter is not None]
+    return [chapter for chapter in chapters if chapter is not None]
 
 
 def _chapter(
@@ -198,19 +198,19 @@ def _chapter(
 ) -> Chapter | None:
     """None where no result declares a number per case, so that there is nothing to show."""
     sections = [summary.split_summary(matrix) for matrix in matrices]
-    made = _tables(places, sections, columns)
-    found = {section.split: section for section in sections}
-    shown = {each.split: known for each in matrices if (known := _columns(made, each))}
-    if usual := _usual(made, shown):
+    tables = _tables(places, sections, columns)
+    section_of = {section.split: section for section in sections}
+    shown = {each.split: columns_of for each in matrices if (columns_of := _columns(tables, each))}
+    if usual := _usual(tables, shown):
         shown |= {each.split: [usual] for each in matrices if each.split not in shown and each.own.any()}
     order = method_order.order(sections, {split: columns[0].id for split, columns in shown.items()})
     splits = tuple(
         Split(
             _ordered(each, order),
-            found[each.split],
+            section_of[each.split],
             shown[each.split][0],
             tuple(shown[each.split]),
-            _decimals(made),
+            _decimals(tables),
         )
         for each in matrices
         if each.split in shown
@@ -220,19 +220,19 @@ def _chapter(
     declared = splits[0].matrix.rows[0].header.dataset
     spec = Spec(declared.name, declared.parameters)
     spec = spec if data is None else spec.with_parameters(root=data)
-    return Chapter(places[0].task, made[0].title, spec, tuple(places), tuple(made), splits)
+    return Chapter(places[0].task, tables[0].title, spec, tuple(places), tuple(tables), splits)
 
 
 def _columns(tables: Sequence[Table], split: ResultMatrix) -> list[Column]:
     """The values with a number per case that the tables of a split show."""
-    found: dict[str, Column] = {}
+    columns: dict[str, Column] = {}
     for each in tables:
-        known = {column.id: column for column in each.explained}
+        column_of = {column.id: column for column in each.explained}
         for group in each.groups:
             ids = [group.subject] if group.subject else [column.id for column in group.columns]
             if group.split == split.split and not group.structure:
-                found |= {key: known[key] for key in ids if key != FPS}
-    return [column for column in found.values() if (column.id, "") in split.keys]
+                columns |= {key: column_of[key] for key in ids if key != FPS}
+    return [column for column in columns.values() if (column.id, "") in split.keys]
 
 
 def _usual(tables: Sequence[Table], shown: Mapping[str, Sequence[Column]]) -> Column | None:
@@ -243,19 +243,19 @@ def _usual(tables: Sequence[Table], shown: Mapping[str, Sequence[Column]]) -> Co
 
 
 def _decimals(tables: Sequence[Table]) -> dict[str, int]:
-    found: dict[str, int] = {}
+    decimals: dict[str, int] = {}
     for each in tables:
         for group in each.groups:
             for row in group.rows:
                 for column, cell in zip(group.columns, row.cells, strict=True):
                     if cell.value is not None:
-                        found.setdefault(group.subject or column.id, cell.decimals)
-    return found
+                        decimals.setdefault(group.subject or column.id, cell.decimals)
+    return decimals
 
 
-def _ordered(whole: ResultMatrix, order: Sequence[str]) -> ResultMatrix:
+def _ordered(matrix: ResultMatrix, order: Sequence[str]) -> ResultMatrix:
     """A matrix of its own cases, with its methods in this order."""
-    own = whole.restricted(whole.own, "")
+    own = matrix.restricted(matrix.own, "")
     return replace(own, rows=tuple(sorted(own.rows, key=lambda row: order.index(row.label))))
 
 
@@ -265,10 +265,10 @@ def _column_ids(groups: Sequence[Sequence[ResultPaths]], columns: Sequence[str])
     if not columns:
         return ()
     sections = [each for places in groups for each in summary.split_summaries(places)]
-    found = names.column_ids(columns, sections)
-    if curve := next((each for each in found if each not in builder.all_columns(sections)), None):
+    ids = names.column_ids(columns, sections)
+    if curve := next((each for each in ids if each not in builder.all_columns(sections)), None):
         raise BenchError(f"{curve} is a curve, and columns have one number per case or set")
-    return found
+    return ids
 
 
 def _tables(
@@ -277,17 +277,17 @@ def _tables(
     """The tables of one task on one data set. columns: those that it does not have are left out."""
     task = places[0].kind
     there = set(builder.all_columns(sections))
-    wanted = [column for column in columns if column in there]
+    shown = [column for column in columns if column in there]
     by: By | None = requested.TASK_BREAKDOWN[task] if task in DERIVED and task != "reconstruct" else None
     if by is not None:  # neither speeds nor values of sets are known by parts
-        wanted = [column for column in wanted if column not in (FPS, *declared_sets(sections))]
-    if not wanted:
-        whole = task not in DERIVED
-        if whole:
+        shown = [column for column in shown if column not in (FPS, *declared_sets(sections))]
+    if not shown:
+        standard = task not in DERIVED
+        if standard:
             layout: builder.Layout = "both" if len(sections) > 1 else "splits"
             return builder.tables(sections, with_sets=True, layout=layout)
         return requested.task_tables(places, task)
-    if by is None and not set(wanted) - {FPS, *declared_sets(sections)}:
+    if by is None and not set(shown) - {FPS, *declared_sets(sections)}:
         mains = (method_order.main_value(each, task) for each in result_matrix.result_matrices(places))
-        wanted = [*dict.fromkeys(main for main in mains if main is not None), *wanted]
-    return builder.tables(summary.split_summaries(places, by) if by else sections, wanted, by or "")
+        shown = [*dict.fromkeys(main for main in mains if main is not None), *shown]
+    return builder.tables(summary.split_summaries(places, by) if by else sections, shown, by or "")

@@ -115,33 +115,33 @@ def _seen_first(split: Split) -> list[int]:
 
 
 def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinning) -> dict[str, Any]:
-    whole = split.values if step.few is None else split.values[:1]
-    few = {value.id: _few(split, value, step.few) for value in split.values if value not in whole}
-    kept = _kept(split, at, shown, few, step.worst)
+    values = split.values if step.few is None else split.values[:1]
+    few = {value.id: _few(split, value, step.few) for value in split.values if value not in values}
+    cases = _shown_cases(split, at, shown, few, step.worst)
     entry = {
         "name": split.name,
         "labels": split.labels,
         "methods": [printable(label) for label in split.labels],
-        "values": [_value(split, value, kept) for value in split.values],
-        "cases": [_case(split, case, (*at, case), shown) for case in kept],
+        "values": [_value(split, value, cases) for value in split.values],
+        "cases": [_case(split, case, (*at, case), shown) for case in cases],
         "numbers": {
             value.id: [
-                [None if np.isnan(each) else _four(each) for each in row[kept]]
+                [None if np.isnan(each) else _four(each) for each in row[cases]]
                 for row in split.matrix.numbers((value.id, ""))
             ]
-            for value in whole
+            for value in values
         },
-        "lost": _lost(split, at, shown, kept),
+        "lost": _lost(split, at, shown, cases),
         "seen": _seen_first(split),
         "paired": all(row.header.four_legged is None for row in split.matrix.rows),
     }
     entry |= {"few": few} if few else {}
-    return entry if step.worst is None else entry | {"kept": kept}
+    return entry if step.worst is None else entry | {"kept": cases}
 
 
-def _value(split: Split, value: Column, kept: Sequence[int]) -> dict[str, Any]:
+def _value(split: Split, value: Column, cases: Sequence[int]) -> dict[str, Any]:
     """``among``: methods whose means are over common cases alone; ``alone``: cases that are not common."""
-    common, among = values.common_cases(split.matrix, value.id)
+    _, common, among = values.common_numbers(split.matrix, value.id)
     return {
         "id": value.id,
         "label": value.label,
@@ -150,7 +150,7 @@ def _value(split: Split, value: Column, kept: Sequence[int]) -> dict[str, Any]:
         "goal": value.goal,
         "decimals": split.decimals.get(value.id, 2),
         "among": np.flatnonzero(among).tolist(),
-        "alone": [case for case in kept if not common[case]] if among.any() else [],
+        "alone": [case for case in cases if not common[case]] if among.any() else [],
     }
 
 
@@ -166,11 +166,11 @@ def _few(split: Split, value: Column, most: int | None) -> list[dict[int, float]
 
 def _worst_of(loss: np.ndarray, most: int | None) -> list[int]:
     """The numbers of the worst cases, those that have one, worst first."""
-    known = np.flatnonzero(~np.isnan(loss))
-    return [int(case) for case in known[np.argsort(-loss[known], kind="stable")[:most]]]
+    present = np.flatnonzero(~np.isnan(loss))
+    return [int(case) for case in present[np.argsort(-loss[present], kind="stable")[:most]]]
 
 
-def _kept(
+def _shown_cases(
     split: Split,
     at: tuple[int, int],
     shown: PackedScenes,
@@ -181,14 +181,14 @@ def _kept(
     that other values are worst on, and one of every kind, level and structure."""
     if worst is None:
         return list(range(len(split.matrix.cases)))
-    found = {case for c, s, case in (*shown.places, *shown.reasons) if (c, s) == at}
-    found.update(case for rows in few.values() for row in rows for case in row)
+    cases = {case for c, s, case in (*shown.places, *shown.reasons) if (c, s) == at}
+    cases.update(case for rows in few.values() for row in rows for case in row)
     for loss in split.losses:
-        found.update(_worst_of(loss, worst))
+        cases.update(_worst_of(loss, worst))
     for by in OF_EACH & split.groups.keys():
         first = {name: case for case, name in reversed([*enumerate(split.groups[by])])}
-        found.update(first.values())
-    return sorted(found)
+        cases.update(first.values())
+    return sorted(cases)
 
 
 def _case(split: Split, case: int, key: tuple[int, int, int], shown: PackedScenes) -> dict[str, Any]:
@@ -210,24 +210,24 @@ def _four(number: float) -> float:
 
 
 def _lost(
-    split: Split, at: tuple[int, int], shown: PackedScenes, kept: Sequence[int]
+    split: Split, at: tuple[int, int], shown: PackedScenes, cases: Sequence[int]
 ) -> list[dict[str, str]]:
     """By method: number of a case -> why its answer has no number, or cannot be seen."""
-    position = {split.matrix.cases[number].id: number for number in kept}
-    found: list[dict[str, str]] = []
+    position = {split.matrix.cases[number].id: number for number in cases}
+    reasons: list[dict[str, str]] = []
     for row in split.matrix.rows:
-        mine: dict[str, str] = {}
+        reason_of: dict[str, str] = {}
         for problem in row.header.problems:
             why = printable(f"{problem.status}: {problem.message}")
-            mine |= {str(position[case]): why for case in problem.cases if case in position}
+            reason_of |= {str(position[case]): why for case in problem.cases if case in position}
         folder = row.paths.folder / row.paths.method
         stored = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
         for case, number in position.items():
             if f"{case_file(case)}.npz" not in stored:
-                mine.setdefault(str(number), NOT_STORED)
-        found.append(mine)
-    for (c, s, number), answers in shown.gone.items():
+                reason_of.setdefault(str(number), NOT_STORED)
+        reasons.append(reason_of)
+    for (c, s, number), answers in shown.failures.items():
         if (c, s) == at:
             for label, status, message in answers:
-                found[split.labels.index(label)][str(number)] = printable(f"{status}: {message}")
-    return found
+                reasons[split.labels.index(label)][str(number)] = printable(f"{status}: {message}")
+    return reasons

@@ -11,13 +11,13 @@ from tqdm import tqdm
 
 from retarget_bench.errors import BenchError
 from retarget_bench.report.chapters import Chapter, Split
-from retarget_bench.report.flesh import penetration
+from retarget_bench.report.penetration import penetration
 from retarget_bench.tables.model import count
 from retarget_bench.viewer import player, scene_builder
 from retarget_bench.viewer.packing import packed
 from retarget_bench.viewer.scene import Scene
 
-WANTED = (1.0, 0.5, 0.0)
+SHARES = (1.0, 0.5, 0.0)
 """Worst, median and best, as shares of the cases in order of how well they go."""
 NEAR = 1 / 6
 """Share of the cases around the wanted place that count as equally near."""
@@ -26,7 +26,7 @@ Chosen = tuple[int, int, int]
 """Numbers of chapter, split and case."""
 
 
-def chosen(chapters: Sequence[Chapter], most: int | None, wanted: Sequence[str] = ()) -> list[Chosen]:
+def chosen(chapters: Sequence[Chapter], most: int | None, named_cases: Sequence[str] = ()) -> list[Chosen]:
     """The cases to show, in the order in which they are to be packed: those asked for by id, then of every
     split in turn, cross first, its worst, median, best, next worst, ... case.
 
@@ -41,24 +41,24 @@ def chosen(chapters: Sequence[Chapter], most: int | None, wanted: Sequence[str] 
         for c, chapter in enumerate(chapters)
         for s, split in reversed([*enumerate(chapter.splits)])
     ]
-    known = {info.id for _, _, split in splits for info in split.matrix.cases}
-    if unknown := [case for case in wanted if case not in known]:
-        near = difflib.get_close_matches(unknown[0], known, 3, 0.5) or sorted(known)[:3]
+    ids = {info.id for _, _, split in splits for info in split.matrix.cases}
+    if unknown := [case for case in named_cases if case not in ids]:
+        near = difflib.get_close_matches(unknown[0], ids, 3, 0.5) or sorted(ids)[:3]
         raise BenchError(f"no case {unknown[0]!r} in these results; near it: {', '.join(near)}")
-    found = [
+    candidates = [
         (c, s, case)
         for c, s, split in splits
         for case, info in enumerate(split.matrix.cases)
-        if info.id in wanted
+        if info.id in named_cases
     ]
     queues = [[(c, s, case) for case in order(split, most)] for c, s, split in splits]
     for turn in range(max(map(len, queues), default=0)):
         for queue in queues:
-            if most is not None and len(found) >= most:
-                return found
-            if turn < len(queue) and queue[turn] not in found:
-                found.append(queue[turn])
-    return found
+            if most is not None and len(candidates) >= most:
+                return candidates
+            if turn < len(queue) and queue[turn] not in candidates:
+                candidates.append(queue[turn])
+    return candidates
 
 
 def order(split: Split, most: int | None = None) -> list[int]:
@@ -71,19 +71,19 @@ def order(split: Split, most: int | None = None) -> list[int]:
     last = max(1, len(by_badness) - 1)
     left = {case: place / last for place, case in enumerate(by_badness)}
     shown: Counter[str] = Counter()
-    found: list[int] = []
-    while left and len(found) != most:
-        wanted = WANTED[len(found) % len(WANTED)]
+    ordered: list[int] = []
+    while left and len(ordered) != most:
+        share = SHARES[len(ordered) % len(SHARES)]
 
-        def cost(case: int, wanted: float = wanted) -> tuple[bool, int, float]:
+        def cost(case: int, wanted: float = share) -> tuple[bool, int, float]:
             away = abs(left[case] - wanted)
             return away > NEAR, sum(shown[trait] for trait in _traits(split, case)), away
 
         case = min(left, key=cost)
         shown.update(_traits(split, case))
-        found.append(case)
+        ordered.append(case)
         del left[case]
-    return found
+    return ordered
 
 
 def _traits(split: Split, case: int) -> list[str]:
@@ -116,19 +116,20 @@ class PackedScenes:
 
     scenes:  the text of every scene. places: case -> number of its scene.
     reasons: case -> why it has no scene, of those that were to have one.
-    gone:    case -> method, status, message of every answer of it that is not to be seen.
+    failures: case -> method, status, message of every answer of it that is not to be seen.
     lively:  case -> how much there is to see: speed of the source's joints while it is upright.
-    notes:   sentences for people who look for more. flesh: the case with most flesh inside flesh; None
-             where skins are not shown, or no answer has more of it than the reference.
+    notes:   sentences for people who look for more.
+    penetrating: the case with most self-penetration; None where skins are not shown, or no answer has more
+             of it than the reference.
     """
 
     scenes: list[str] = field(default_factory=list)
     places: dict[Chosen, int] = field(default_factory=dict)
     lively: dict[Chosen, float] = field(default_factory=dict)
     reasons: dict[Chosen, str] = field(default_factory=dict)
-    gone: dict[Chosen, list[tuple[str, str, str]]] = field(default_factory=dict)
+    failures: dict[Chosen, list[tuple[str, str, str]]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    flesh: Scene | None = None
+    penetrating: Scene | None = None
 
 
 def motions(
@@ -138,7 +139,7 @@ def motions(
 
     room: bytes. skins: with meshes of bodies that have one.
     """
-    found = PackedScenes()
+    result = PackedScenes()
     used, most = 0, 0
     bar = tqdm(chosen, desc="packing motion", unit="case", leave=False, disable=None)
     for number, each in enumerate(bar):
@@ -154,31 +155,31 @@ def motions(
                 scene = scene_builder.dressed(scene)
             text = player.data(packed(scene, skins))
         except BenchError as error:
-            found.reasons[each] = str(error)
+            result.reasons[each] = str(error)
             continue
-        if used + len(text.encode()) > room and found.scenes:
+        if used + len(text.encode()) > room and result.scenes:
             hint = " (--clips N takes in more)" if room < MOST_ROOM else ""
-            found.notes.append(
+            result.notes.append(
                 f"{count(len(chosen) - number, 'more case')} would have taken more than "
                 f"{room / 1e6:.0f} MB of motion and were left out{hint}."
             )
             break
         used += len(text.encode())
-        found.places[each] = len(found.scenes)
-        found.lively[each] = _liveliness(scene)
-        found.scenes.append(text)
+        result.places[each] = len(result.scenes)
+        result.lively[each] = _liveliness(scene)
+        result.scenes.append(text)
         if (now := penetration(scene)) > most:
-            found.flesh, most = scene, now
+            result.penetrating, most = scene, now
         answers = [figure for figure in scene.figures if figure.part == "prediction"]
-        given = any(figure.part == scene_builder.REFERENCE for figure in scene.figures)
-        answering = [label for label in split.labels if not (given and label == scene_builder.REFERENCE)]
-        found.gone[each] = [
+        paired = any(figure.part == scene_builder.REFERENCE for figure in scene.figures)
+        answering = [label for label in split.labels if not (paired and label == scene_builder.REFERENCE)]
+        result.failures[each] = [
             (label, figure.status, figure.message)
             for label, figure in zip(answering, answers, strict=True)
             if figure.positions is None
         ]
-    found.notes += _notes(chapters, found)
-    return found
+    result.notes += _notes(chapters, result)
+    return result
 
 
 def _liveliness(scene: Scene) -> float:
@@ -192,11 +193,11 @@ def _liveliness(scene: Scene) -> float:
     return float((speeds * upright).mean())
 
 
-def _notes(chapters: Sequence[Chapter], found: PackedScenes) -> list[str]:
+def _notes(chapters: Sequence[Chapter], scenes: PackedScenes) -> list[str]:
     """Reasons why cases have no scene, each once; and a hint where there are no predictions at all."""
     notes = []
-    for why in dict.fromkeys(found.reasons.values()):
-        cases = [each for each in found.reasons if found.reasons[each] == why]
+    for why in dict.fromkeys(scenes.reasons.values()):
+        cases = [each for each in scenes.reasons if scenes.reasons[each] == why]
         notes.append(f"{count(len(cases), 'case')} cannot be shown: {why}")
     places = [place for chapter in chapters for place in chapter.places]
     stored = [place for place in places if (place.folder / place.method).is_dir()]

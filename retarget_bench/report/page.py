@@ -16,9 +16,9 @@ from retarget_bench.figures import method_order, palette
 from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.figures.svg import elements
 from retarget_bench.report.chapters import Chapter, Split
-from retarget_bench.report.flesh import FleshFigure, flesh_figure
 from retarget_bench.report.index import index
 from retarget_bench.report.motions import PackedScenes
+from retarget_bench.report.penetration import PenetrationFigure, penetration_figure
 from retarget_bench.report.pictures import pictures
 from retarget_bench.results.header import ResultHeader
 from retarget_bench.tables.model import count
@@ -51,7 +51,7 @@ def page(
         "chapters": [_chapter(chapter, styles) for chapter in chapters],
         "facts": _facts(chapters, shown),
         "shown": shown,
-        "flesh": _flesh(shown, styles),
+        "penetration": _penetration(shown, styles),
         "scenes": [Markup(text) for text in shown.scenes],
         "data": Markup(player.data(cases)),
         "thinned": thinned,
@@ -65,11 +65,11 @@ def page(
     return environment().get_template("report.html").render(context)
 
 
-def _flesh(shown: PackedScenes, styles: Mapping[str, MethodStyle]) -> FleshFigure | None:
-    if shown.flesh is None:
+def _penetration(shown: PackedScenes, styles: Mapping[str, MethodStyle]) -> PenetrationFigure | None:
+    if shown.penetrating is None:
         return None
     colours = {label: each.colour for label, each in styles.items()}
-    return flesh_figure(replace(shown.flesh, colours=colours))
+    return penetration_figure(replace(shown.penetrating, colours=colours))
 
 
 @cache
@@ -97,8 +97,8 @@ GOALS = {
 
 def _chapter(chapter: Chapter, styles: dict[str, MethodStyle]) -> dict[str, Any]:
     legend = []
-    known = {score.label for split in chapter.splits for score in split.section.scores if score.means}
-    for label in [label for label in styles if label in known]:
+    answering = {score.label for split in chapter.splits for score in split.section.scores if score.means}
+    for label in [label for label in styles if label in answering]:
         parts = elements.line([(2, 8), (30, 8)], styles[label]), elements.mark(16, 8, styles[label])
         sample = elements.tag("svg", *parts, viewBox="0 0 32 16", width=32, height=16, aria_hidden="true")
         legend.append((label, sample))

@@ -51,13 +51,13 @@ def figures(chapter: Chapter, order: Sequence[str]) -> dict[str, list[Figure]]:
 
     order: all methods, by rank.
     """
-    found: dict[str, list[Figure]] = {}
+    figures_of: dict[str, list[Figure]] = {}
 
     def add(make: Callable[..., Figure], *arguments: Any, **options: Any) -> None:
         with suppress(NothingToDraw):
             figure = make(*arguments, order=order, **options)
             if _informative(figure):
-                found.setdefault(figure.kind, []).append(figure)
+                figures_of.setdefault(figure.kind, []).append(figure)
 
     matrices = [split.matrix for split in chapter.splits]
     main = chapter.splits[0].main.id
@@ -79,7 +79,7 @@ def figures(chapter: Chapter, order: Sequence[str]) -> dict[str, list[Figure]]:
     add(lines.growth, matrices)
     for split in chapter.splits:
         add(rows.speed, [split.matrix], split.main.id)
-    return found
+    return figures_of
 
 
 def _halves(chapter: Chapter) -> list[seen_unseen.SeenPart]:
@@ -113,13 +113,13 @@ def pictures(chapter: Chapter, styles: Mapping[str, MethodStyle]) -> list[Pictur
     values = {key: each for split in chapter.splits for key, each in split.matrix.values.items()}
     units = {key: "" if each.unit == "1" else each.unit for key, each in values.items()}
     drawing = Drawing(styles, chapter.splits[0].decimals, units)
-    return [_picture(kind, found, drawing) for kind, found in figures(chapter, list(styles)).items()]
+    return [_picture(kind, drawn, drawing) for kind, drawn in figures(chapter, list(styles)).items()]
 
 
-def _picture(kind: str, found: Sequence[Figure], drawing: Drawing) -> Picture:
+def _picture(kind: str, figures: Sequence[Figure], drawing: Drawing) -> Picture:
     panels: dict[str, list[Markup]] = {}
     scale, size, reading = "", "wide", READINGS[kind][1]
-    for figure in found:
+    for figure in figures:
         for chart in figure.charts:
             heading = ""
             if isinstance(chart, SkeletonChart):

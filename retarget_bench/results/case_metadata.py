@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 
-from retarget_bench.api import CaseInfo, Dataset
-from retarget_bench.api.optional import OffersConditions, OffersUnseen
+from retarget_bench.api import CaseInfo, Dataset, optional
 from retarget_bench.errors import FileError
 from retarget_bench.files import digest, write_csv
 from retarget_bench.motion.character import Character
@@ -26,7 +25,7 @@ HASH = "hash"
 
 @dataclass(frozen=True)
 class CaseMetadata:
-    """What is known of the cases of a split beside the case list; empty where nothing is.
+    """Metadata of the cases of a split beside the case list; empty where nothing is known.
 
     structures: target -> its structure.
     heights:    target -> its height in metres: what errors are divided by.
@@ -49,18 +48,17 @@ def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
     """The metadata of a split, as far as the data set knows them."""
     bodies = data.characters()
     targets = sorted({info.target for info in infos} & set(bodies))
-    known = sorted(({info.source for info in infos} & set(bodies)).union(targets))
-    facts = [(LEGS, name, "", "4" if bodies[name].four_legged else "2") for name in known]
+    characters = sorted(({info.source for info in infos} & set(bodies)).union(targets))
+    facts = [(LEGS, name, "", "4" if bodies[name].four_legged else "2") for name in characters]
     for name in targets:
         facts.append((STRUCTURE, name, "", bodies[name].structure))
         facts.append((HEIGHT, name, "", f"{bodies[name].height:.12g}"))
         facts += [(PART, name, joint, part) for joint, part in parts(bodies[name]).items()]
     for info in sorted(infos, key=lambda info: info.id):
-        if isinstance(data, OffersUnseen):
-            facts.append((UNSEEN, info.id, "", "+".join(sorted(data.unseen(info)))))
-        if isinstance(data, OffersConditions):
-            said = sorted(data.conditions(info).items())
-            facts += [(CONDITION, info.id, name, f"{number:.9g}") for name, number in said]
+        if (unseen := optional.unseen(data, info)) is not None:
+            facts.append((UNSEEN, info.id, "", "+".join(sorted(unseen))))
+        numbers = sorted(optional.conditions(data, info).items())
+        facts += [(CONDITION, info.id, name, f"{number:.9g}") for name, number in numbers]
     write_facts(paths, facts)
 
 
@@ -85,13 +83,13 @@ def path_of(paths: ResultPaths) -> Path:
 def parts(body: Character) -> dict[str, str]:
     """Joint -> part of the body. Joints without a role go with the joint that carries them."""
     parents = body.skeleton.parents.tolist()
-    found = {}
+    part_of = {}
     for joint, name in enumerate(body.skeleton.names):
         while joint >= 0 and body.roles[joint] is None:
             joint = parents[joint]
         role = body.roles[joint] if joint >= 0 else None
-        found[name] = body_part(role) if role else "trunk"
-    return found
+        part_of[name] = body_part(role) if role else "trunk"
+    return part_of
 
 
 def read(paths: ResultPaths) -> CaseMetadata:
@@ -109,7 +107,7 @@ def _read(path: Path, changed: int) -> CaseMetadata:
         if last == [HASH, "", "", _hash(rows)]:
             return _parsed(rows)
     except ValueError:
-        pass  # no number: somebody else wrote it
+        pass  # not a number: another program wrote it
     raise FileError(
         path, "is not as it was written; groups of cases could be wrong. bench run writes it anew"
     )
@@ -145,9 +143,9 @@ def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[s
     The motion counts as known where training had its kind, or, where kinds are not known, its clip.
     """
     kinds = bool(info.kind) and "kinds" in manifest
-    known = {
+    trained = {
         "source": info.source in manifest.get("characters", ()),
         "target": info.target in manifest.get("characters", ()),
         "kind": info.kind in manifest["kinds"] if kinds else info.clip in manifest.get("clips", ()),
     }
-    return frozenset(word for word, there in known.items() if not there)
+    return frozenset(word for word, there in trained.items() if not there)

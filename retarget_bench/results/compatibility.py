@@ -1,7 +1,7 @@
 """Results that may share a table: those of the newest data, with every metric in its newest version.
 
-What counts is the version that a metric's card declares, which moves when any of its numbers does. Other
-code under the same version is told in a note: it should give the same numbers.
+A metric's version is that of its card, which moves when any of its numbers does. Other code under the same
+version should give the same numbers, and is mentioned in a note.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,7 +12,7 @@ from retarget_bench.results.header import ResultHeader
 
 @dataclass(frozen=True)
 class Newest:
-    """Of some results on one data set: the content of the newest, and the newest version of each metric.
+    """The content of the newest results on a data set, and the newest version of each metric.
 
     metric_of: value id -> metric; headers of earlier versions did not say it.
     """
@@ -22,7 +22,7 @@ class Newest:
     metric_of: Mapping[str, str]
 
     def why_outdated(self, header: ResultHeader) -> str:
-        """The reason why no number of a result may stand here; "" where its data are the newest."""
+        """Why no number of a result may be shown here; "" where its data are the newest."""
         content = header.dataset.content
         if content == self.content:
             return ""
@@ -32,7 +32,7 @@ class Newest:
         )
 
     def why_value_outdated(self, header: ResultHeader, value: str) -> str:
-        """The reason why a value of a result may not stand here; "" where its metric is the newest."""
+        """Why a value of a result may not be shown here; "" where its metric is the newest."""
         metric = self.metric_of.get(value, "")
         if metric not in (had := metric_versions(header)) or had[metric] == self.metrics[metric]:
             return ""
@@ -43,7 +43,7 @@ class Newest:
 
 
 def newest(headers: Iterable[ResultHeader]) -> Newest:
-    """Of results on one data set; by date, and where dates are equal by version."""
+    """The newest of results on one data set: by date, and where dates are equal by version."""
     ordered = sorted(headers, key=lambda header: header.date)
     metrics: dict[str, tuple[str, str]] = {}
     metric_of: dict[str, str] = {}
@@ -62,9 +62,9 @@ def metric_versions(header: ResultHeader) -> dict[str, str]:
 
 def other_code(headers: Sequence[ResultHeader]) -> list[str]:
     """Metrics that scored some of these results by other code under the same version."""
-    seen: dict[tuple[str, str], set[str]] = {}
+    codes_of: dict[tuple[str, str], set[str]] = {}
     for header in headers:
         for name, version in header.metrics.items():
             declared, _, code = version.partition("+")
-            seen.setdefault((name, declared), set()).add(code)
-    return sorted({name for (name, _), codes in seen.items() if len(codes) > 1})
+            codes_of.setdefault((name, declared), set()).add(code)
+    return sorted({name for (name, _), codes in codes_of.items() if len(codes) > 1})

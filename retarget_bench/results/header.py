@@ -1,4 +1,4 @@
-"""The header of a result file: what ran, on what, with which versions, and what went wrong.
+"""The header of a result file: method, data, versions, counts and failures.
 
 A header is written with its fields in this order, and checked against their types as it is read.
 """
@@ -110,9 +110,9 @@ class Counts:
     @classmethod
     def of(cls, statuses: Iterable[str]) -> Counts:
         """The counts of cases that ended like this."""
-        found = Counter(statuses)
-        ended: dict[str, Any] = {name: found[name] for name in STATUSES}
-        return cls(asked=found.total(), **ended)
+        counts = Counter(statuses)
+        ended: dict[str, Any] = {name: counts[name] for name in STATUSES}
+        return cls(asked=counts.total(), **ended)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,23 +22,23 @@ def open_journal(
     try:
         for each in (paths.journal, paths.begun, paths.rows, paths.arrays, paths.header):
             sweep(each)
-        done, whole = ({}, 0) if anew else read_journal(paths.journal, keys)
-        if not whole:
+        entries, length = ({}, 0) if anew else read_journal(paths.journal, keys)
+        if not length:
             write_text(paths.journal, json.dumps({"schema": SCHEMA, **keys}) + "\n")
-        elif whole < paths.journal.stat().st_size:
+        elif length < paths.journal.stat().st_size:
             with paths.journal.open("r+b") as file:
-                file.truncate(whole)
+                file.truncate(length)
     except OSError as error:
         raise FileError(paths.journal, f"cannot be continued ({error.strerror})") from error
-    return done
+    return entries
 
 
 def read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, CaseResult], int]:
     """Entries, and the length in bytes of the whole lines (0: stale or none)."""
-    done: dict[str, CaseResult] = {}
+    entries: dict[str, CaseResult] = {}
     length = 0
     if not path.exists():
-        return done, 0
+        return entries, 0
     with path.open("rb") as file:
         for number, line in enumerate(file):
             try:
@@ -47,11 +47,11 @@ def read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, CaseRes
             except (ValueError, TypeError, RecursionError):
                 break
             if entry is not None:
-                done[entry.case] = entry
+                entries[entry.case] = entry
             elif record != {"schema": SCHEMA, **keys}:
-                return done, 0
+                return entries, 0
             length += len(line)
-    return done, length
+    return entries, length
 
 
 def append_journal(paths: ResultPaths, entry: CaseResult) -> None:

@@ -45,18 +45,18 @@ def per_cent(places: Iterable[ResultPaths], cases: Sequence[CaseInfo]) -> np.nda
     """
     heights: dict[str, float] = {}
     for place in places:
-        mine = case_metadata.read(place).heights
-        if not mine:
+        of_split = case_metadata.read(place).heights
+        if not of_split:
             raise BenchError(
                 f"the results in {place.folder} do not say how tall their targets are, and so cannot be "
                 "shown in metres; bench run adds it"
             )
-        heights |= mine
+        heights |= of_split
     return np.array([heights.get(info.target, np.nan) for info in cases]) / 100.0
 
 
 def _declared(value: DeclaredValue) -> DeclaredValue:
-    """What a value says of itself in metres. Its tolerance is that of a body one metre tall."""
+    """The declaration of a value in metres. Its tolerance is that of a body one metre tall."""
     protocol: Mapping[str, str] = value.protocol
     if protocol.get("divided by") == "h":
         protocol = {**protocol, "divided by": "1"}

@@ -64,11 +64,11 @@ def _joint_order(path: Path, names: np.ndarray | None, target: Character) -> lis
     """The position of each joint of the target in the file."""
     if names is None:
         return slice(None)
-    given = {str(name): index for index, name in enumerate(np.atleast_1d(names))}
-    missing = [name for name in target.skeleton.names if name not in given]
+    position = {str(name): index for index, name in enumerate(np.atleast_1d(names))}
+    missing = [name for name in target.skeleton.names if name not in position]
     if missing:
         raise FileError(path, f"lacks the joints {', '.join(missing[:5])} of {target.name!r}")
-    return [given[name] for name in target.skeleton.names]
+    return [position[name] for name in target.skeleton.names]
 
 
 def _from_bvh(path: Path, target: Character) -> Prediction:

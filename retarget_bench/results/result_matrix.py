@@ -24,7 +24,7 @@ Run = tuple[Results, Numbers]
 
 @dataclass(frozen=True)
 class MethodRow:
-    """One method: what its header says, and for every seed that it was run with its numbers.
+    """One method: its header, and its numbers for every seed that it was run with.
 
     header: of the first seed, with the counts, problems and faults of all.
     all_paths: of the results, per seed.
@@ -95,8 +95,8 @@ class ResultMatrix:
     def numbers(self, key: Key) -> np.ndarray:
         """``(methods, cases)``; nan where there is none."""
         nothing = np.full(len(self.cases), np.nan)
-        found = (row.number(key) for row in self.rows)
-        return np.array([nothing if each is None else each for each in found])
+        columns = (row.number(key) for row in self.rows)
+        return np.array([nothing if each is None else each for each in columns])
 
     def restricted(self, kept: np.ndarray, part: str) -> ResultMatrix:
         """The matrix of some cases: ``kept`` is ``(cases,)`` bool, or ``(methods, cases)`` where methods
@@ -112,12 +112,12 @@ class ResultMatrix:
         cases = self.cases if some.all() else tuple(compress(self.cases, some.tolist()))
         return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
 
-    def _counted(self, header: ResultHeader, mine: np.ndarray) -> ResultHeader:
-        """The header with the counts, problems and faults of these cases; ``mine`` is ``(cases,)`` bool."""
+    def _counted(self, header: ResultHeader, counted: np.ndarray) -> ResultHeader:
+        """The header with the counts, problems and faults of some cases; counted: ``(cases,)`` bool."""
         if not (header.problems or header.faults):
-            number = int(mine.sum())
+            number = int(counted.sum())
             return replace(header, counts=Counts(asked=number, ok=number))
-        return header.counted({info.id for info in compress(self.cases, mine.tolist())})
+        return header.counted({info.id for info in compress(self.cases, counted.tolist())})
 
     def narrowed(self, value: str) -> ResultMatrix:
         """The matrix with one value, that by which it is doubted, and nothing else."""
@@ -155,11 +155,11 @@ def result_matrices(results: Iterable[ResultPaths]) -> list[ResultMatrix]:
     }
     grouped: dict[tuple[str, str, str], list[Results]] = {}
     for paths, header in there.items():
-        found = _fresh(paths, header, newest[names[paths]])
-        grouped.setdefault((names[paths], paths.task, paths.split), []).append(found)
+        fresh = _fresh(paths, header, newest[names[paths]])
+        grouped.setdefault((names[paths], paths.task, paths.split), []).append(fresh)
     return [
-        _matrix(found, key[0], grouped.get((*key[:2], SELF), []))
-        for key, found in sorted(grouped.items(), key=lambda each: (*each[0][:2], _place(each[1])))
+        _matrix(of_split, key[0], grouped.get((*key[:2], SELF), []))
+        for key, of_split in sorted(grouped.items(), key=lambda each: (*each[0][:2], _place(each[1])))
     ]
 
 
@@ -167,38 +167,40 @@ def _fresh(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Results:
     """The results with the numbers that may stand beside the newest ones."""
     if newest.why_outdated(header):  # the case list beside the rows is that of the newer data
         return Results(paths, header, (), {})
-    found = store.read_results(paths, header)
-    numbers = found.numbers
+    stored = store.read_results(paths, header)
+    numbers = stored.numbers
     stale = {value for value, _ in numbers if newest.why_value_outdated(header, value)}
     fresh = [key for key in numbers if key[0] not in stale]
-    return replace(found, numbers=derived(numbers, numbers.__getitem__, fresh))
+    return replace(stored, numbers=derived(numbers, numbers.__getitem__, fresh))
 
 
-def _place(found: Sequence[Results]) -> tuple[int, str]:
+def _place(results: Sequence[Results]) -> tuple[int, str]:
     """Sort key of the results of a split among those of a data set."""
-    splits, split = [*_newest(found).dataset.splits], found[0].paths.split
+    splits, split = [*_newest(results).dataset.splits], results[0].paths.split
     return splits.index(split) if split in splits else len(splits), split
 
 
-def _newest(found: Sequence[Results]) -> ResultHeader:
-    return max((each.header for each in found), key=lambda header: header.date)
+def _newest(results: Sequence[Results]) -> ResultHeader:
+    return max((each.header for each in results), key=lambda header: header.date)
 
 
-def _matrix(found: Sequence[Results], name: str, selves: Sequence[Results]) -> ResultMatrix:
+def _matrix(results: Sequence[Results], name: str, selves: Sequence[Results]) -> ResultMatrix:
     values: dict[str, DeclaredValue] = {}
-    for each in sorted(found, key=lambda each: each.header.date):
+    for each in sorted(results, key=lambda each: each.header.date):
         values |= each.header.values
     pooled = {key for key, value in values.items() if value.with_self}
-    split = found[0].paths.split
+    split = results[0].paths.split
     extra = selves if pooled and split == INTRA else ()
-    lists = {id(each.infos): each.infos for each in (*extra, *found)}  # mostly one
+    lists = {id(each.infos): each.infos for each in (*extra, *results)}  # mostly one
     infos = {info.id: info for each in lists.values() for info in each}
-    own = {info.id for each in found for info in each.infos}
+    own = {info.id for each in results for info in each.infos}
     cases = tuple(sorted(infos.values(), key=lambda info: (info.clip, info.id)))
     position = {info.id: at for at, info in enumerate(cases)}
     places = {key: np.array([position[info.id] for info in each], int) for key, each in lists.items()}
     own_self = {replace(each.paths, split=split): each for each in extra}
-    runs = [(each, _aligned(each, own_self.get(each.paths), pooled, places, len(cases))) for each in found]
+    runs = [
+        (each, _aligned(each, own_self.get(each.paths), pooled, places, len(cases))) for each in results
+    ]
     return ResultMatrix(
         dataset=name,
         split=split,
@@ -206,12 +208,16 @@ def _matrix(found: Sequence[Results], name: str, selves: Sequence[Results]) -> R
         own=np.array([info.id in own for info in cases], dtype=bool),
         rows=_rows(runs),
         values=values,
-        meaning=_newest(found).dataset.splits.get(split, ""),
+        meaning=_newest(results).dataset.splits.get(split, ""),
     )
 
 
 def _aligned(
-    found: Results, own_self: Results | None, pooled: set[str], places: Mapping[int, np.ndarray], size: int
+    results: Results,
+    own_self: Results | None,
+    pooled: set[str],
+    places: Mapping[int, np.ndarray],
+    size: int,
 ) -> Numbers:
     """The columns over all ``size`` cases. Values that pool self pairs need those, or are left out.
 
@@ -221,14 +227,14 @@ def _aligned(
 
     def over_all(key: Key) -> np.ndarray:
         column = np.full(size, np.nan)
-        column[places[id(found.infos)]] = found.numbers[key]
+        column[places[id(results.infos)]] = results.numbers[key]
         if own_self is not None and key[0] in pooled and key in there:
             column[places[id(own_self.infos)]] = there[key]
         return column
 
-    apart = found.paths.split != INTRA
-    keys = [key for key in found.numbers if apart or key[0] not in pooled or key in there]
-    return derived(found.numbers, over_all, keys)
+    apart = results.paths.split != INTRA
+    keys = [key for key in results.numbers if apart or key[0] not in pooled or key in there]
+    return derived(results.numbers, over_all, keys)
 
 
 # ----------------------------------------------------------------------------------------------- seeds
@@ -236,9 +242,9 @@ def _rows(runs: Sequence[Run]) -> tuple[MethodRow, ...]:
     """One row per method: results under several seeds together. Equal labels of several roots are told
     apart by their folders."""
     grouped: dict[tuple[str, str], list[Run]] = {}
-    for found, numbers in runs:
-        label = found.header.method.label
-        grouped.setdefault((label, str(found.paths.root)), []).append((found, numbers))
+    for results, numbers in runs:
+        label = results.header.method.label
+        grouped.setdefault((label, str(results.paths.root)), []).append((results, numbers))
     labels = [label for label, _ in grouped]
     rows = []
     for (label, root), each in grouped.items():
@@ -248,20 +254,20 @@ def _rows(runs: Sequence[Run]) -> tuple[MethodRow, ...]:
         each = [pair for pair in each if _version(pair[0].header) == _version(first.header)]
         shown = label if labels.count(label) == 1 else f"{label} ({root})"
         seeds = tuple(numbers for _, numbers in each)
-        all_paths = tuple(found.paths for found, _ in each)
-        rows.append(MethodRow(shown, _header([found for found, _ in each]), all_paths, seeds))
+        all_paths = tuple(results.paths for results, _ in each)
+        rows.append(MethodRow(shown, _header([results for results, _ in each]), all_paths, seeds))
     return tuple(rows)
 
 
-def _header(found: Sequence[Results]) -> ResultHeader:
+def _header(of_seeds: Sequence[Results]) -> ResultHeader:
     """One header for the results under several seeds: a case is answered where every seed answered it."""
-    first = found[0].header
-    if len(found) == 1:
+    first = of_seeds[0].header
+    if len(of_seeds) == 1:
         return first
-    problems = tuple(problem for each in found for problem in each.header.problems)
-    faults = tuple(fault for each in found for fault in each.header.faults)
-    seeds = tuple(seed for each in found for seed in each.header.seeds)
-    ids = {info.id for info in found[0].infos}
+    problems = tuple(problem for each in of_seeds for problem in each.header.problems)
+    faults = tuple(fault for each in of_seeds for fault in each.header.faults)
+    seeds = tuple(seed for each in of_seeds for seed in each.header.seeds)
+    ids = {info.id for info in of_seeds[0].infos}
     return replace(first, problems=problems, faults=faults, seeds=seeds).counted(ids)
 
 

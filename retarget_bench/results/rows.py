@@ -54,31 +54,31 @@ def derived(
     source: Numbers, make: Callable[[Key], np.ndarray], keys: Iterable[Key] | None = None
 ) -> Numbers:
     """Columns made of those of ``source``: at once, or when they are asked for where the source's are."""
-    found = Lazy(source if keys is None else keys, make)
-    return found if isinstance(source, Lazy) else dict(found)
+    columns = Lazy(source if keys is None else keys, make)
+    return columns if isinstance(source, Lazy) else dict(columns)
 
 
 # -------------------------------------------------------------------------------------- single cases
 def columns_of(entries: Iterable[CaseResult], cases: Sequence[str]) -> dict[Key, np.ndarray]:
     """The numbers of entries over a list of cases."""
-    found = defaultdict[Key, np.ndarray](partial(np.full, len(cases), np.nan))
+    columns = defaultdict[Key, np.ndarray](partial(np.full, len(cases), np.nan))
     position = {case: at for at, case in enumerate(cases)}
     for entry in entries:
         for value_id, value in entry.values.items():
             for index, number in value.items() if isinstance(value, dict) else (("", value),):
-                found[value_id, index][position[entry.case]] = number
-    return dict(found)
+                columns[value_id, index][position[entry.case]] = number
+    return dict(columns)
 
 
 def entries_of(numbers: Numbers, cases: Sequence[str]) -> dict[str, CaseResult]:
     """Case -> its numbers, of every case that has any."""
-    found: dict[str, CaseResult] = {}
+    entries: dict[str, CaseResult] = {}
     for (value_id, index), column in numbers.items():
         for at in np.flatnonzero(~np.isnan(column)).tolist():
-            values = found.setdefault(cases[at], CaseResult(cases[at], "ok")).values
+            values = entries.setdefault(cases[at], CaseResult(cases[at], "ok")).values
             curve: Any = values.setdefault(value_id, {}) if index else values
             curve[index or value_id] = float(column[at])
-    return found
+    return entries
 
 
 # ------------------------------------------------------------------------------------------------ text
@@ -99,7 +99,7 @@ def write_rows(path: Path, cases: Sequence[str], numbers: Numbers) -> None:
 
 def read_rows(path: Path, cases: Sequence[str]) -> dict[Key, np.ndarray]:
     """The numbers of a file of rows. Raises FileError with the line of the first fault."""
-    found = defaultdict[Key, list[float]](lambda: [math.nan] * len(cases))  # arrays take longer to fill
+    columns = defaultdict[Key, list[float]](lambda: [math.nan] * len(cases))  # arrays take longer to fill
     position = {case: at for at, case in enumerate(cases)}
     for line, (case, value_id, index, text) in enumerate(csv_rows(path, ROW_FIELDS), 2):
         try:
@@ -110,13 +110,15 @@ def read_rows(path: Path, cases: Sequence[str]) -> dict[Key, np.ndarray]:
             raise FileError(path, f"{text!r} is not a number", line)
         if case not in position:
             raise FileError(path, f"names case {case!r}, which the case list beside it does not list", line)
-        column, at = found[value_id, index], position[case]
+        column, at = columns[value_id, index], position[case]
         if not math.isnan(column[at]):
-            raise FileError(path, f"{value_id!r} of {case!r} stands twice", line)
+            raise FileError(path, f"{value_id!r} of {case!r} is listed twice", line)
         column[at] = number
-    if both := {value for value, index in found if index} & {value for value, index in found if not index}:
+    if both := {value for value, index in columns if index} & {
+        value for value, index in columns if not index
+    }:
         raise FileError(path, f"{min(both)!r} is both a number and a curve")
-    return {key: np.array(column) for key, column in found.items()}
+    return {key: np.array(column) for key, column in columns.items()}
 
 
 def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
@@ -157,7 +159,7 @@ def write_arrays(path: Path, cases: Sequence[str], numbers: Numbers) -> None:
 def read_arrays(path: Path, cases: Sequence[str]) -> dict[Key, np.ndarray]:
     """The numbers of such an archive. Raises FileError."""
     arrays = read_npz(path, "cannot be read; run the method again", LARGEST)
-    found: dict[Key, np.ndarray] = {}
+    columns: dict[Key, np.ndarray] = {}
     try:
         if arrays["cases"].tolist() != list(cases):
             raise ValueError("it is of other cases than the case list beside it")
@@ -165,10 +167,10 @@ def read_arrays(path: Path, cases: Sequence[str]) -> dict[Key, np.ndarray]:
             if f"{value}:points" in arrays:
                 points = arrays[f"{value}:points"].tolist()
                 table = np.asarray(arrays[value], float).reshape(len(cases), len(points))
-                found |= {(value, str(point)): table[:, at] for at, point in enumerate(points)}
+                columns |= {(value, str(point)): table[:, at] for at, point in enumerate(points)}
     except (KeyError, ValueError, TypeError) as error:
         raise FileError(path, f"cannot be read; run the method again ({error})") from error
-    return found
+    return columns
 
 
 def _nine_digits(column: np.ndarray) -> np.ndarray:
@@ -229,8 +231,8 @@ def read_large(path: Path, cases: Sequence[str]) -> Numbers:
     except (OSError, ValueError) as error:
         raise FileError(path, f"cannot be read as Parquet ({error}); run the method again") from error
     if file.metadata.num_rows != len(cases):
-        found = f"has {file.metadata.num_rows} rows, and the case list beside it lists {len(cases)} cases"
-        raise FileError(path, f"{found}; run the method again")
+        problem = f"has {file.metadata.num_rows} rows, and the case list beside it lists {len(cases)} cases"
+        raise FileError(path, f"{problem}; run the method again")
     names: dict[Key, str] = {}
     for name in file.schema_arrow.names[1:]:
         value, _, index = name.partition(":")

@@ -1,4 +1,4 @@
-"""Result files: what a run is known by, how its results are written and read back.
+"""Result files: the keys of cases, and how results are written and read back.
 
 Under a results root, one folder per data set, task and split holds for every method
 
@@ -65,17 +65,17 @@ class Results:
     def entries(self) -> list[CaseResult]:
         """Every case that has a number, a problem or a fault, sorted. Raises FileError for an unlisted
         one."""
-        found = rows.entries_of(self.numbers, list(self.cases))
+        entries = rows.entries_of(self.numbers, list(self.cases))
         for problem in self.header.problems:
             for case in problem.cases:
-                found[case] = CaseResult(case, problem.status, problem.message)
+                entries[case] = CaseResult(case, problem.status, problem.message)
         for fault in self.header.faults:
             for case in fault.cases:
-                found.setdefault(case, CaseResult(case, "ok")).faults[fault.metric] = fault.message
-        if strangers := found.keys() - self.cases.keys():
-            told = f"names case {min(strangers)!r}, which {self.paths.cases} does not list"
-            raise FileError(self.paths.any_header, told)
-        return [found[case] for case in sorted(found)]
+                entries.setdefault(case, CaseResult(case, "ok")).faults[fault.metric] = fault.message
+        if strangers := entries.keys() - self.cases.keys():
+            stranger = f"names case {min(strangers)!r}, which {self.paths.cases} does not list"
+            raise FileError(self.paths.any_header, stranger)
+        return [entries[case] for case in sorted(entries)]
 
 
 def case_seed(base: int, method: str, case_id: str) -> int:
@@ -89,7 +89,7 @@ def case_key(keys: Mapping[str, str], case_id: str) -> str:
 
 
 def begin(paths: ResultPaths, header: ResultHeader, infos: Sequence[CaseInfo]) -> None:
-    """Write what results are read by, beside the journal, until they are complete.
+    """Write the case list and the header of results that are not complete yet, beside the journal.
 
     Raises BenchError where results of so many cases could not be written.
     """
@@ -173,14 +173,14 @@ def _write_header(path: Path, header: ResultHeader) -> None:
 
 # ------------------------------------------------------------------------------------------- checksums
 def checksum(path: Path) -> str:
-    """What a header says of a file: a file that was cut, edited or mixed up gives no number."""
+    """The hash of a file in its header: a file that was cut, edited or mixed up gives no number."""
     stat = path.stat()
     return _checksum(path, stat.st_mtime_ns, stat.st_size)
 
 
 @lru_cache(maxsize=1024)
 def _checksum(path: Path, changed: int, size: int) -> str:
-    """Of a file in this state; methods of one split share their case list."""
+    """The checksum of a file in this state; methods of one split share their case list."""
     del changed, size
     if path.suffix == ".csv":  # a checkout may have changed line ends, which no number depends on
         return hashlib.sha256(path.read_bytes().replace(b"\r\n", b"\n")).hexdigest()[:DIGITS]
@@ -262,21 +262,21 @@ def _begun(paths: ResultPaths, header: ResultHeader, cases: Sequence[str]) -> tu
     """
     ids = set(cases)
     journalled = read_journal(paths.journal, header.keys)[0]
-    done = {case: each for case, each in journalled.items() if case in ids}
+    entries = {case: each for case, each in journalled.items() if case in ids}
     problems = [
         Problem(status=each.status, message=each.message, cases=(each.case,))
-        for each in done.values()
+        for each in entries.values()
         if each.status != "ok"
     ]
     faults = tuple(
         MetricFault(metric=metric, message=message, cases=(each.case,))
-        for each in done.values()
+        for each in entries.values()
         for metric, message in each.faults.items()
     )
-    if waiting := tuple(sorted(ids - done.keys())):
+    if waiting := tuple(sorted(ids - entries.keys())):
         problems.append(Problem(status="missing", message=WAITING, cases=waiting))
-    told = replace(header, problems=tuple(problems), faults=faults).counted(ids)
-    return told, rows.columns_of(done.values(), cases)
+    so_far = replace(header, problems=tuple(problems), faults=faults).counted(ids)
+    return so_far, rows.columns_of(entries.values(), cases)
 
 
 def read_cases(path: Path, task: str, split: str) -> tuple[CaseInfo, ...]:
@@ -287,15 +287,15 @@ def read_cases(path: Path, task: str, split: str) -> tuple[CaseInfo, ...]:
 @lru_cache(maxsize=8)
 def _cases(path: Path, task: str, split: str, changed: int) -> tuple[CaseInfo, ...]:
     del changed
-    found: dict[str, CaseInfo] = {}
+    infos: dict[str, CaseInfo] = {}
     listed = rows.csv_rows(path, CASE_FIELDS)
     for line, (case, source, target, clip, kind, frames) in enumerate(listed, 2):
         if not frames.isdecimal() or len(frames) > 12:
             raise FileError(path, f"{frames!r} is not a number of frames", line)
-        if case in found:
-            raise FileError(path, f"{case!r} stands twice", line)
-        found[case] = CaseInfo(case, task, split, source, target, clip, kind, int(frames))
-    return tuple(found.values())
+        if case in infos:
+            raise FileError(path, f"{case!r} is listed twice", line)
+        infos[case] = CaseInfo(case, task, split, source, target, clip, kind, int(frames))
+    return tuple(infos.values())
 
 
 def find_results(root: Path, task: str = "retarget") -> list[ResultPaths]:
@@ -305,5 +305,5 @@ def find_results(root: Path, task: str = "retarget") -> list[ResultPaths]:
     """
     changed = f"{task}-{8 * '[0-9a-f]'}"  # see Spec.slug
     folders = [f"*/{name}/*/*.{end}" for name in (task, changed) for end in ("json", "begun")]
-    found = {path.with_suffix("") for folder in folders for path in root.glob(folder)}
-    return [ResultPaths(root, *path.relative_to(root).parts) for path in sorted(found)]
+    stems = {path.with_suffix("") for folder in folders for path in root.glob(folder)}
+    return [ResultPaths(root, *path.relative_to(root).parts) for path in sorted(stems)]

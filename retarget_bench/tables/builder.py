@@ -1,18 +1,17 @@
 """Table builder: columns, decimals, groups and notes of the tables of split summaries."""
 
-import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Literal
 
 from retarget_bench.analysis.breakdown import CURVES, By
-from retarget_bench.analysis.summary import MethodSummary, SplitSummary
+from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import CROSS, INTRA, SELF, TWO_LEGS, against_source
 from retarget_bench.errors import BenchError
 from retarget_bench.results import compatibility
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.tables import provenance
 from retarget_bench.tables.finding import finding
-from retarget_bench.tables.groups import FPS, GroupBuilder, declared_sets, lacking
+from retarget_bench.tables.groups import FPS, GroupBuilder, declared_sets, declared_values, lacking
 from retarget_bench.tables.method_groups import MethodGroup, by_part, by_set, speeds, without_sets
 from retarget_bench.tables.model import Group, Problem, Table
 
@@ -34,15 +33,13 @@ LISTED = "bench info protocols (in Python rb.metrics()) lists all"
 """The end of messages about values, of which there are too many to name."""
 HARDEST_FIRST = (CROSS, INTRA, SELF)
 """The usual splits as tables show them: in the last one copying is exact."""
-_DUST, _ROUNDING = 1e-6, 1e-5
-"""Numbers below this size, or this share of the column's largest, count as rounding errors."""
 
 Values = Mapping[str, DeclaredValue]
 Layout = Literal["splits", "overview", "both"]
 
 
 def tables(
-    found: Sequence[SplitSummary],
+    sections: Sequence[SplitSummary],
     columns: Sequence[str] | None = None,
     by: str = "",
     *,
@@ -53,76 +50,70 @@ def tables(
 
     columns: value ids, or ``fps``; None: ``DEFAULT_COLUMNS`` and ``OVERVIEW_COLUMNS``, of which results may
         lack some, and show what they have where they lack all.
-    by: the breakdown of ``found``. Then there is a group per split and column; without requested columns,
-        only the first default column that exists (or all values where none does).
+    by: the breakdown of ``sections``. Then there is a group per split and column; without requested
+        columns, only the first default column that exists (or all values where none does).
     with_sets: add every value of whole sets, requested or not.
     layout: a group per split, one of all splits side by side with ``OVERVIEW_COLUMNS`` or those requested,
         or both. Values of whole sets beside others, and more columns than ``OVERVIEW_COLUMNS`` has, need a
         group per split.
     Raises BenchError for an empty list of columns, an unknown one, and a curve.
     """
-    declared = declared_values(found)
+    declared = declared_values(sections)
     if columns is not None:
-        _check_columns(columns, declared, by, declared_sets(found))
+        _check_columns(columns, declared, by, declared_sets(sections))
     elif not by:
-        columns = _own_columns(found) or None
-    made: dict[str, list[SplitSummary]] = {}
-    for section in found:
+        columns = _own_columns(sections) or None
+    grouped: dict[str, list[SplitSummary]] = {}
+    for section in sections:
         bodies = f": {section.bodies}" if section.bodies else ""
-        made.setdefault(section.dataset + bodies, []).append(section)
+        grouped.setdefault(section.dataset + bodies, []).append(section)
     return [
         _table(title, in_order(each), columns, declared, by, with_sets, layout)
-        for title, each in made.items()
+        for title, each in grouped.items()
     ]
 
 
-def in_order(found: Sequence[SplitSummary]) -> list[SplitSummary]:
+def in_order(sections: Sequence[SplitSummary]) -> list[SplitSummary]:
     """Sections as tables show them: ``HARDEST_FIRST``, then other splits in the order of the data set."""
     places = {split: place for place, split in enumerate(HARDEST_FIRST)}
-    return sorted(found, key=lambda section: places.get(section.split, len(places)))
+    return sorted(sections, key=lambda section: places.get(section.split, len(places)))
 
 
-def declared_values(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
-    """Value id -> its declaration, for all values of cases."""
-    return {key: value for section in found for key, value in section.values.items()}
-
-
-def all_columns(found: Sequence[SplitSummary]) -> list[str]:
+def all_columns(sections: Sequence[SplitSummary]) -> list[str]:
     """Every value that is one number per case, in declared order, then fps, then values of sets; none that
     only stands in for another."""
-    declared = declared_values(found)
+    declared = declared_values(sections)
     single = [key for key in entries(declared) if not declared[key].index]
-    return [*single, FPS, *declared_sets(found)]
+    return [*single, FPS, *declared_sets(sections)]
 
 
-def curve_index(found: Sequence[SplitSummary], columns: Sequence[str]) -> By | None:
+def curve_index(sections: Sequence[SplitSummary], columns: Sequence[str]) -> By | None:
     """The common index of these curves, if there is a breakdown by it."""
-    declared = declared_values(found)
+    declared = declared_values(sections)
     over = {declared[column].index if column in declared else "" for column in columns}
-    known: tuple[By, ...] = ("joint", *CURVES)
-    return next((by for by in known if over == {by}), None)
+    indices: tuple[By, ...] = ("joint", *CURVES)
+    return next((by for by in indices if over == {by}), None)
 
 
 def _table(
     title: str,
-    found: Sequence[SplitSummary],
+    sections: Sequence[SplitSummary],
     columns: Sequence[str] | None,
     declared: Values,
     by: str,
     with_sets: bool,
     layout: Layout,
 ) -> Table:
-    newest = compatibility.newest([score.header for section in found for score in section.scores])
-    of_sets = declared_sets(found)
-    whole = _whole(found)
-    builder = GroupBuilder(newest, {**declared, **of_sets}, _Decimals(found), whole)
-    apart = [key for key in of_sets if key not in whole]
+    of_sets = declared_sets(sections)
+    builder = GroupBuilder(sections, {**declared, **of_sets})
+    apart = [key for key in of_sets if key not in builder.pooled]
     sets = [key for key in apart if with_sets or key in (columns or ())]
-    keys = _broken_down(found, columns, declared) if by else []
+    keys = _broken_down(sections, columns) if by else []
     cases = [key for key in columns or DEFAULT_COLUMNS if key not in apart]
     groups: list[Group] = []
     if by:
-        for parts in _by_split(found):
+        for split in dict.fromkeys(section.split for section in sections):
+            parts = [section for section in sections if section.split == split]
             groups += [by_part(parts, key, by, builder) for key in keys if key in _present(parts, keys)]
     else:
         beside = OVERVIEW_COLUMNS if columns is None else cases
@@ -130,11 +121,11 @@ def _table(
             "splits" if layout == "overview" and (sets or len(beside) > len(OVERVIEW_COLUMNS)) else layout
         )
         if layout != "splits":
-            groups.append(_methods(_timed(found) if set(beside) == {FPS} else found, beside, builder))
-        for section in found if layout != "overview" else ():
-            groups += [_methods([section], cases, builder, among=found)] if cases else []
+            groups.append(_methods(_timed(sections) if set(beside) == {FPS} else sections, beside, builder))
+        for section in sections if layout != "overview" else ():
+            groups += [_methods([section], cases, builder, among=sections)] if cases else []
             groups += by_set(section, sets, builder)
-    told = speeds(_timed(found)[0]) if not by and FPS not in cases else []
+    speed_notes = speeds(_timed(sections)[0]) if not by and FPS not in cases else []
     left = (
         []
         if sets or not apart
@@ -143,64 +134,57 @@ def _table(
     return Table(
         title=title,
         groups=tuple(groups),
-        finding=finding(groups[0], found) if groups and layout != "splits" and not by else "",
-        notes=(*told, *left, *_notes(found, newest)),
+        finding=finding(groups[0], sections) if groups and layout != "splits" and not by else "",
+        notes=(*speed_notes, *left, *_notes(sections, builder.newest)),
         footnotes=tuple(builder.footnotes.sentences),
-        problems=tuple(_problems(found)),
-        provenance=provenance.provenance(found),
-        data=provenance.data_facts(found),
+        problems=tuple(_problems(sections)),
+        provenance=provenance.provenance(sections),
+        data=provenance.data_facts(sections),
         subjects=tuple(builder.column(key) for key in keys),
-        hints=tuple(without_sets(found, sets)),
-        splits={section.split: section.meaning for section in found if section.meaning},
+        hints=tuple(without_sets(sections, sets)),
+        splits={section.split: section.meaning for section in sections if section.meaning},
     )
 
 
 def _methods(
-    found: Sequence[SplitSummary],
-    wanted: Sequence[str],
+    sections: Sequence[SplitSummary],
+    requested: Sequence[str],
     builder: GroupBuilder,
     among: Sequence[SplitSummary] = (),
 ) -> Group:
     """Methods on these splits, with a sentence about columns and methods that are only ``among`` others."""
-    columns = [_columns(section, wanted, builder) for section in found]
-    shown = {section.split: keys for section, (keys, _) in zip(found, columns, strict=True)}
-    here = {score.label for section in found for score in section.scores}
+    columns = [_columns(section, requested, builder) for section in sections]
+    shown = {section.split: keys for section, (keys, _) in zip(sections, columns, strict=True)}
+    here = {score.label for section in sections for score in section.scores}
     elsewhere = dict.fromkeys(s.label for section in among for s in section.scores if s.label not in here)
     absent = [line for _, lost in columns for line in lost]
     if elsewhere:
-        absent.append(f"{found[0].split}: not run here: {', '.join(elsewhere)}.")
-    return MethodGroup(found, shown, builder).group(absent)
+        absent.append(f"{sections[0].split}: not run here: {', '.join(elsewhere)}.")
+    return MethodGroup(sections, shown, builder).group(absent)
 
 
-def _timed(found: Sequence[SplitSummary]) -> Sequence[SplitSummary]:
+def _timed(sections: Sequence[SplitSummary]) -> Sequence[SplitSummary]:
     """The split that speeds were measured on, alone: they are measured once."""
-    timed = [each for each in found if any(score.fps is not None for score in each.scores)]
-    return (timed or found)[:1]
-
-
-def _by_split(found: Sequence[SplitSummary]) -> list[list[SplitSummary]]:
-    splits: dict[str, list[SplitSummary]] = {}
-    for section in found:
-        splits.setdefault(section.split, []).append(section)
-    return list(splits.values())
+    timed = [each for each in sections if any(score.fps is not None for score in each.scores)]
+    return (timed or sections)[:1]
 
 
 # --------------------------------------------------------------------------------------------- columns
-def _own_columns(found: Sequence[SplitSummary]) -> list[str]:
+def _own_columns(sections: Sequence[SplitSummary]) -> list[str]:
     """The values with a number, of results that have none of the usual ones; else []."""
-    sets = {each.value_id for section in found for score in section.scores for each in score.sets}
-    if _present(found, DEFAULT_COLUMNS) or sets & set(DEFAULT_COLUMNS):
+    sets = {each.value_id for section in sections for score in section.scores for each in score.sets}
+    if _present(sections, DEFAULT_COLUMNS) or sets & set(DEFAULT_COLUMNS):
         return []
-    numbers = {key for section in found for score in section.scores for key in score.means}
-    return [key for key, value in declared_values(found).items() if key in numbers and not value.index]
+    numbers = {key for section in sections for score in section.scores for key in score.means}
+    return [key for key, value in declared_values(sections).items() if key in numbers and not value.index]
 
 
 def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: Iterable[str]) -> None:
-    whole = [FPS, *of_sets]
+    without_parts = [FPS, *of_sets]
     if not columns:
         raise BenchError(f"name at least one column, such as {DEFAULT_COLUMNS[0]}; {LISTED}")
     for column in columns:
-        if column in whole:
+        if column in without_parts:
             if by:
                 raise BenchError(f"{column} has no number per {by}; leave it, or --by")
             continue
@@ -213,16 +197,16 @@ def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: I
 
 
 def _columns(
-    section: SplitSummary, wanted: Sequence[str], builder: GroupBuilder
+    section: SplitSummary, requested: Sequence[str], builder: GroupBuilder
 ) -> tuple[list[str], list[str]]:
     """The columns that a split has, and sentences about those it lacks."""
-    present = _present([section], wanted)
+    present = _present([section], requested)
     if not present and not any(score.means for score in section.scores):
-        return [key for key in wanted if key == FPS or key in builder.declared], []
+        return [key for key in requested if key == FPS or key in builder.declared], []
     keys: list[str] = []
     absent: dict[str, list[str]] = {}
-    for key in wanted:
-        of_sets = key in builder.whole or (section.so_far and key in declared_sets([section]))
+    for key in requested:
+        of_sets = key in builder.pooled or (section.so_far and key in declared_sets([section]))
         shown = key if of_sets else stand_in(key, present)
         reason = _no_set(section, key) if of_sets else ""
         if shown is not None and not reason:
@@ -232,18 +216,6 @@ def _columns(
             absent.setdefault(reason, []).append(builder.declared[key].label)
     lost = [f"{section.split}: not shown: {', '.join(each)} ({why})" for why, each in absent.items()]
     return list(dict.fromkeys(keys)), lost
-
-
-def _whole(found: Sequence[SplitSummary]) -> frozenset[str]:
-    """Ids of values of sets that are over all bodies of these sections."""
-    return frozenset(
-        each.value_id
-        for section in found
-        if section.bodies
-        for score in section.scores
-        for each in score.sets
-        if each.structure == TWO_LEGS
-    )
 
 
 def _no_set(section: SplitSummary, key: str) -> str:
@@ -269,76 +241,33 @@ def stand_in(key: str, present: Collection[str]) -> str | None:
     return FPS if key == FPS else next((each for each in either if each in present), None)
 
 
-def _broken_down(
-    found: Sequence[SplitSummary], columns: Sequence[str] | None, declared: Values
-) -> list[str]:
+def _broken_down(sections: Sequence[SplitSummary], columns: Sequence[str] | None) -> list[str]:
     """The values of a breakdown, a group each; by default the first default column, or else all."""
-    wanted = columns or DEFAULT_COLUMNS
-    present = _present(found, wanted)
-    shown = (stand_in(key, present) for key in wanted if key != FPS)
-    keys = list(dict.fromkeys(key for key in shown if key is not None))
+    candidates = [key for key in columns or DEFAULT_COLUMNS if key != FPS]
+    present = _present(sections, candidates)
+    keys = list(dict.fromkeys(filter(None, (stand_in(key, present) for key in candidates))))
     if columns is not None:
         return keys
-    return keys[:1] or [key for key in declared if key in _present(found, declared)]
+    declared = declared_values(sections)
+    return keys[:1] or [key for key in declared if key in _present(sections, declared)]
 
 
-def _present(found: Sequence[SplitSummary], wanted: Iterable[str]) -> set[str]:
+def _present(sections: Sequence[SplitSummary], keys: Iterable[str]) -> set[str]:
     """Those of the values that any method has, and of what stands in for those that none has."""
-    means = [score.means for section in found for score in section.scores]
-    either = ((key, against_source(key)) for key in wanted)
-    first = (next((k for k in both if any(k in each for each in means)), None) for both in either)
-    return {key for key in first if key is not None}
-
-
-# --------------------------------------------------------------------------------------------- numbers
-def _numbers(found: Sequence[SplitSummary], key: str) -> list[float]:
-    """Numbers that decide the decimals of a column: of ranked methods, or of all where these have none.
-
-    Numbers that are rounding errors beside the others are left out: predictions are in single precision.
-    """
-    scores = [score for section in found for score in section.scores]
-    numbers = [(score.unranked, abs(number)) for score in scores for number in _number(score, key)]
-    dust = max(_DUST, _ROUNDING * max((size for _, size in numbers), default=0.0))
-    ranked = [size for unranked, size in numbers if not unranked and size > dust]
-    return ranked or [size for _, size in numbers if size > dust]
-
-
-def _number(score: MethodSummary, key: str) -> list[float]:
-    if key == FPS:
-        return [] if score.fps is None else [score.fps]
-    if key in score.means:
-        return [score.means[key].value]
-    return [each.value for each in score.sets if each.value_id == key and each.value is not None]
-
-
-class _Decimals(dict[str, int]):
-    """Column -> its decimals, of columns that are shown."""
-
-    def __init__(self, found: Sequence[SplitSummary]) -> None:
-        self.found_in = found
-
-    def __missing__(self, key: str) -> int:
-        self[key] = _decimals(_numbers(self.found_in, key))
-        return self[key]
-
-
-def _decimals(numbers: Sequence[float]) -> int:
-    """Decimals that show three significant digits of the column's typical number; two for zeros alone."""
-    sizes = sorted(numbers)
-    sizes = [size for size in sizes if size > 1e-3 * sizes[-1]]
-    if not sizes:
-        return 2
-    return min(7, max(0, 2 - math.floor(math.log10(sizes[len(sizes) // 2]))))
+    means = [score.means for section in sections for score in section.scores]
+    either = ((key, against_source(key)) for key in keys)
+    first = (next((k for k in both if any(k in each for each in means)), "") for both in either)
+    return set(filter(None, first))
 
 
 # ----------------------------------------------------------------------------------------------- below
-def _notes(found: Sequence[SplitSummary], known: compatibility.Newest) -> list[str]:
+def _notes(sections: Sequence[SplitSummary], newest: compatibility.Newest) -> list[str]:
     """Notes of the data sets, and notes on results of other versions."""
-    notes = [note for section in found for note in section.notes]
+    notes = [note for section in sections for note in section.rows[0].header.dataset.notes]
     fresh = []
-    for section in found:
+    for section in sections:
         for score in section.scores:
-            if stale := known.why_outdated(score.header):
+            if stale := newest.why_outdated(score.header):
                 notes.append(f"{section.split}: {score.label} was {stale}.")
             else:
                 fresh.append(score.header)
@@ -350,11 +279,11 @@ def _notes(found: Sequence[SplitSummary], known: compatibility.Newest) -> list[s
     return list(dict.fromkeys(notes))
 
 
-def _problems(found: Sequence[SplitSummary]) -> list[Problem]:
+def _problems(sections: Sequence[SplitSummary]) -> list[Problem]:
     """Problems, with the refusals of a method on a split merged where they have more than two reasons."""
     cases: dict[tuple[str, str, str, str], dict[str, None]] = {}
     refusals: dict[tuple[str, str], dict[str, None]] = {}
-    for section in found:
+    for section in sections:
         for score in section.scores:
             for each in score.header.problems:
                 key = (section.split, score.label, each.status, each.message)
@@ -362,10 +291,10 @@ def _problems(found: Sequence[SplitSummary]) -> list[Problem]:
                 if each.status == "unsupported":
                     refusals.setdefault(key[:2], {})[each.message] = None
     problems = []
-    for (split, label, status, message), mine in cases.items():
+    for (split, label, status, message), ids in cases.items():
         reasons = list(refusals.get((split, label), ())) if status == "unsupported" else []
         if len(reasons) <= 2:
-            problems.append(Problem(split, label, status, message, tuple(mine)))
+            problems.append(Problem(split, label, status, message, tuple(ids)))
         elif message == reasons[0]:
             every = [case for reason in reasons for case in cases[split, label, status, reason]]
             problems.append(Problem(split, label, status, message, tuple(every), len(reasons) - 1))

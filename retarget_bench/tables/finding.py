@@ -1,24 +1,24 @@
-"""What a table shows, in one sentence made of its marks, its numbers and the headers of its methods."""
+"""The finding of a table: one sentence made of its marks, its numbers and the headers of its methods."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import CROSS, INTRA, SELF
-from retarget_bench.tables.model import Column, Group, Row, count, listed
+from retarget_bench.tables.model import Group, Row, count, listed
 
 WHERE = {CROSS: "across structures", INTRA: "within structures", SELF: "on their own bodies"}
 """The usual splits in words."""
 RECALL = "contact_recall"
-"""The value that says which share of contacts is kept."""
+"""The share of contacts that is kept."""
 FEW = 3
-"""So many methods at most are named."""
+"""Methods that are named at most."""
 
 
-def finding(group: Group, found: Sequence[SplitSummary]) -> str:
-    """Who is best on the first split, what learned methods keep of contacts, and how much of their papers'
-    training they have had; "" where the table has none of these facts.
+def finding(group: Group, sections: Sequence[SplitSummary]) -> str:
+    """The best methods on the first split, the share of contacts that learned methods keep, and their share
+    of their papers' training; "" where the table has none of these facts.
 
-    group: methods by values, of which the columns of one split come first. found: of which it was made.
+    group: methods by values, of which the columns of one split come first. sections: of which it was made.
     """
     split = group.columns[0].split if group.columns else ""
     at = [number for number, column in enumerate(group.columns) if column.split == split]
@@ -26,17 +26,17 @@ def finding(group: Group, found: Sequence[SplitSummary]) -> str:
     where = f"{WHERE[name]} ({name})" if name in WHERE else f"on {name}"
     shares = {
         score.label: score.header.method.training_share
-        for section in found
+        for section in sections
         for score in section.scores
         if score.header.method.training_share is not None
     }
     learned = [row for row in group.ranked if row.learned]
-    kept = _contacts(group, at, learned)
-    subject = "they" if kept and len(learned) > 1 else ""
-    clauses = [_best(group, at), kept, _training([row.label for row in learned], shares, subject)]
-    said = "; ".join(filter(None, clauses[:2]))
-    said = f"{where[0].upper()}{where[1:]} {said}" if said else ""
-    return "; ".join(filter(None, [said, clauses[2]])) + "." if any(clauses) else ""
+    contacts = _contacts(group, at, learned)
+    subject = "they" if contacts and len(learned) > 1 else ""
+    clauses = [_best(group, at), contacts, _training([row.label for row in learned], shares, subject)]
+    sentence = "; ".join(filter(None, clauses[:2]))
+    sentence = f"{where[0].upper()}{where[1:]} {sentence}" if sentence else ""
+    return "; ".join(filter(None, [sentence, clauses[2]])) + "." if any(clauses) else ""
 
 
 def _best(group: Group, at: Sequence[int]) -> str:
@@ -48,12 +48,12 @@ def _best(group: Group, at: Sequence[int]) -> str:
             ties = sum(mark == "tied" for mark in marks.values())
             tied = f" ({count(ties, 'other')} tied)" if ties else ""
             columns.setdefault(best, []).append(group.columns[number].label + tied)
-    said: list[str] = []
+    clauses: list[str] = []
     for labels, values in columns.items():
         who = listed(labels) if len(labels) <= FEW else f"{len(labels)} methods"
-        verb = "" if said else " are best" if len(labels) > 1 else " is best"
-        said.append(f"{who}{verb} by {listed(values)}")
-    return listed(said)
+        verb = "" if clauses else " are best" if len(labels) > 1 else " is best"
+        clauses.append(f"{who}{verb} by {listed(values)}")
+    return listed(clauses)
 
 
 def _contacts(group: Group, at: Sequence[int], learned: Sequence[Row]) -> str:
@@ -61,42 +61,37 @@ def _contacts(group: Group, at: Sequence[int], learned: Sequence[Row]) -> str:
     number = next((n for n in at if group.columns[n].id == RECALL), None)
     if number is None:
         return ""
-    column = group.columns[number]
-    mine = _numbers(learned, number)
-    others = _numbers([row for row in group.ranked if not row.learned], number)
-    if not mine or not others:
+    per_cent = 1 if group.columns[number].unit == "%" else 100
+    cells = {row.label: row.cells[number].value for row in group.ranked}
+    others = {label: per_cent * value for label, value in cells.items() if value is not None}
+    trained = {row.label: others.pop(row.label) for row in learned if row.label in others}
+    if not trained or not others:
         return ""
     best = max(others, key=others.__getitem__)
-    who = "learned methods keep" if len(mine) > 1 else f"{next(iter(mine))} keeps"
-    kept = _range([min(mine.values()), max(mine.values())], column)
-    said = f"{who} {kept} of contacts, {best} {_percent(others.pop(best), column)} %"
-    return said + (f", other untrained ones {_range(list(others.values()), column)}" if others else "")
+    who = "learned methods keep" if len(trained) > 1 else f"{next(iter(trained))} keeps"
+    sentence = f"{who} {_range(trained.values())} of contacts, {best} {others.pop(best):.0f} %"
+    return sentence + (f", other untrained ones {_range(others.values())}" if others else "")
 
 
-def _range(numbers: Sequence[float], column: Column) -> str:
-    least, most = _percent(min(numbers), column), _percent(max(numbers), column)
+def _range(numbers: Iterable[float]) -> str:
+    least, *_, most = (f"{number:.0f}" for number in sorted([*numbers] * 2))
     return f"{least} %" if least == most else f"{least} to {most} %"
-
-
-def _numbers(rows: Sequence[Row], number: int) -> dict[str, float]:
-    cells = {row.label: row.cells[number].value for row in rows}
-    return {label: value for label, value in cells.items() if value is not None}
-
-
-def _percent(number: float, column: Column) -> str:
-    return f"{number if column.unit == '%' else 100 * number:.0f}"
 
 
 def _training(learned: Sequence[str], shares: dict[str, float], subject: str) -> str:
     """How much of their papers' training these methods have had, as far as it is known."""
-    known = {label: shares[label] for label in learned if label in shares}
-    if not known:
+    trained = {label: shares[label] for label in learned if label in shares}
+    if not trained:
         return ""
-    told = [f"{100 * share:.2g}" for share in sorted(known.values())]
-    amount = f"{told[0]} %" if told[0] == told[-1] else f"{told[0]} to {told[-1]} %"
-    if len(known) == len(learned) > 1:
+    percentages = [f"{100 * share:.2g}" for share in sorted(trained.values())]
+    amount = (
+        f"{percentages[0]} %"
+        if percentages[0] == percentages[-1]
+        else f"{percentages[0]} to {percentages[-1]} %"
+    )
+    if len(trained) == len(learned) > 1:
         return f"{subject or 'learned methods'} saw {amount} of their papers' training"
-    each = [f"{label} saw {100 * share:.2g} %" for label, share in known.items()]
-    said = listed(each) if len(known) <= FEW else f"{len(known)} learned methods saw {amount}"
-    said += " of its paper's training" if len(known) == 1 else " of their papers' training"
-    return said + (", of others it is not known" if len(known) < len(learned) else "")
+    each = [f"{label} saw {100 * share:.2g} %" for label, share in trained.items()]
+    clause = listed(each) if len(trained) <= FEW else f"{len(trained)} learned methods saw {amount}"
+    clause += " of its paper's training" if len(trained) == 1 else " of their papers' training"
+    return clause + (", of others it is not known" if len(trained) < len(learned) else "")

@@ -3,11 +3,13 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
 
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import MethodSummary, SplitSummary, of_set, usual_value
-from retarget_bench.api import INTRA, SELF
+from retarget_bench.api import INTRA, SELF, TWO_LEGS
 from retarget_bench.evaluation.set_metrics import SetValue
+from retarget_bench.results import compatibility
 from retarget_bench.results.compatibility import Newest, metric_versions
 from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.result_matrix import set_values
@@ -31,23 +33,51 @@ NEEDS = {
     "source": "the source's skeleton",
 }
 """Needs of values in words, where their ids do not say it."""
+DUST, ROUNDING = 1e-6, 1e-5
+"""Numbers below this size, or this share of the column's largest, count as rounding errors."""
 FPS_MEANING = "frames retargeted per second by one process and one thread, with handing over"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GroupBuilder:
     """Builder of columns and cells: what all groups of a table share.
 
-    declared: value id -> its declaration in the newest header.
-    whole:    ids of values of sets that are over all bodies of a table, and so columns beside the others.
-    decimals: value id -> decimals of its column.
+    sections: all of the table. declared: value id -> its declaration in the newest header.
     """
 
-    newest: Newest
+    sections: Sequence[SplitSummary]
     declared: Mapping[str, DeclaredValue]
-    decimals: Mapping[str, int]
-    whole: frozenset[str] = frozenset()
     footnotes: Footnotes = field(default_factory=Footnotes)
+
+    @cached_property
+    def newest(self) -> Newest:
+        """The newest data and versions of metrics of the table."""
+        return compatibility.newest(score.header for each in self.sections for score in each.scores)
+
+    @cached_property
+    def pooled(self) -> frozenset[str]:
+        """Ids of values of sets that are over all bodies of the table, and so columns beside the others."""
+        scores = (score for section in self.sections if section.bodies for score in section.scores)
+        return frozenset(
+            each.value_id for score in scores for each in score.sets if each.structure == TWO_LEGS
+        )
+
+    @cache  # noqa: B019
+    def decimals(self, key: str) -> int:
+        """Decimals of a column: three significant digits of its typical number; two for zeros alone.
+
+        Numbers of ranked methods count, or of all where these have none; none that are rounding errors
+        beside the others, since predictions are in single precision.
+        """
+        scores = [score for section in self.sections for score in section.scores]
+        sizes = [(score.unranked, abs(number)) for score in scores for number in _numbers(score, key)]
+        least = max(DUST, ROUNDING * max((size for _, size in sizes), default=0.0))
+        ranked = [size for unranked, size in sizes if not unranked and size > least]
+        typical = sorted(ranked or [size for _, size in sizes if size > least])
+        typical = [size for size in typical if size > 1e-3 * typical[-1]]
+        if not typical:
+            return 2
+        return min(7, max(0, 2 - math.floor(math.log10(typical[len(typical) // 2]))))
 
     def column(self, key: str) -> Column:
         if key == FPS:
@@ -66,11 +96,17 @@ class GroupBuilder:
         """
         if absent := self.absent(score):
             return Cell(absent)
+        if key == FPS and score.fps is not None:
+            slower, shown = section.slower(score), self.shown(score.fps, FPS)
+            note = self.footnotes.number(slower)
+            return Cell(shown, score.fps, decimals=self.decimals(FPS), reason=slower, footnote=note)
+        if key == FPS and score.header.method.external:
+            return self.footnotes.missing("external predictions are not timed")
         if key == FPS:
-            return self._speed(section, score)
+            return self.footnotes.missing("speed was not measured", NOT_RUN)
         if which is not None:
             return self._of_set(score, key, usual_value(section.scores, key, which))
-        if key in self.whole:
+        if key in self.pooled:
             cell = self._of_set(score, key, usual_value(section.scores, key))
         elif key in score.means:
             cell = self._of_cases(section, score, key)
@@ -80,15 +116,6 @@ class GroupBuilder:
         if cell.value is None or ranking is None or score.label not in ranking.order:
             return cell
         return replace(cell, mark=ranking.mark(score.label), place=ranking.order.index(score.label))
-
-    def _speed(self, section: SplitSummary, score: MethodSummary) -> Cell:
-        if score.fps is not None:
-            slower, shown = section.slower(score), self.shown(score.fps, FPS)
-            note = self.footnotes.number(slower)
-            return Cell(shown, score.fps, decimals=self.decimals[FPS], reason=slower, footnote=note)
-        if score.header.method.external:
-            return self.footnotes.missing("external predictions are not timed")
-        return self.footnotes.missing("speed was not measured", NOT_RUN)
 
     def _of_cases(self, section: SplitSummary, score: MethodSummary, key: str) -> Cell:
         """A mean over cases, with a footnote where the method is not ranked by it though others are."""
@@ -100,7 +127,7 @@ class GroupBuilder:
             self.shown(mean.value, key),
             mean.value,
             mean.interval,
-            decimals=self.decimals[key],
+            decimals=self.decimals(key),
             n=mean.n,
             clips=mean.clips,
             spread=score.spread.get(key),
@@ -123,30 +150,28 @@ class GroupBuilder:
             return self.footnotes.missing(
                 "computed with another feature network than the newest results", OTHER_VERSION
             )
-        reason = "" if value.real == usual.real else self._other_windows(value, key)
-        if (seeds := len(score.header.seeds)) > 1:
-            reason = "; ".join(filter(None, [f"of the first of its {seeds} seeds", reason]))
+        reasons = [f"of the first of its {seeds} seeds"] if (seeds := len(score.header.seeds)) > 1 else []
+        if value.real != usual.real:
+            floor = "unknown" if value.floor is None else self.shown(value.floor, key)
+            reasons.append(
+                f"over {count(value.n, 'window')} other than those of the other methods, since it did not "
+                f"answer the same cases; its own floor is {floor}"
+            )
+        reason = "; ".join(reasons)
         return Cell(
             self.shown(value.value, key),
             value.value,
             None if value.low is None or value.high is None else Interval(value.low, value.high),
-            decimals=self.decimals[key],
+            decimals=self.decimals(key),
             n=value.n,
             clips=value.clips,
             reason=reason,
             footnote=self.footnotes.number(reason),
         )
 
-    def _other_windows(self, value: SetValue, key: str) -> str:
-        floor = "unknown" if value.floor is None else self.shown(value.floor, key)
-        return (
-            f"over {count(value.n, 'window')} other than those of the other methods, since it did not "
-            f"answer the same cases; its own floor is {floor}"
-        )
-
     def shown(self, number: float, key: str) -> str:
         """A number with the decimals of its column; never -0."""
-        text = f"{number:.{self.decimals[key]}f}"
+        text = f"{number:.{self.decimals(key)}f}"
         return text if float(text) else text.removeprefix("-")
 
     def absent(self, score: MethodSummary) -> str:
@@ -179,19 +204,33 @@ class GroupBuilder:
         return self.footnotes.missing(reason, NOT_RUN)
 
 
-def declared_sets(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
+def _numbers(score: MethodSummary, key: str) -> list[float]:
+    """The numbers of a method in a column; several of values of sets."""
+    if key == FPS:
+        return [] if score.fps is None else [score.fps]
+    if key in score.means:
+        return [score.means[key].value]
+    return [each.value for each in score.sets if each.value_id == key and each.value is not None]
+
+
+def declared_values(sections: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
+    """Value id -> its declaration, for all values of cases."""
+    return {key: value for section in sections for key, value in section.values.items()}
+
+
+def declared_sets(sections: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
     """Value id -> its declaration in the newest header, for all values of whole sets."""
-    return set_values(score.header for section in found for score in section.scores)
+    return set_values(score.header for section in sections for score in section.scores)
 
 
 def failed(metric: str, headers: Iterable[ResultHeader]) -> str:
-    """What a metric did wrong with any answer of these methods, as text; "" where it failed with none."""
+    """The failure of a metric on an answer of these methods, as text; "" where it failed on none."""
     faults = (each for header in headers for each in header.faults if each.metric == metric)
     return next((f"metric {metric} failed: {each.message}" for each in faults), "")
 
 
 def lacking(value: DeclaredValue, scores: Sequence[MethodSummary]) -> str:
-    """Why these rows have no number for a value, as text: its metric failed, or its needs are not met as
+    """The reason why these rows have no number for a value: its metric failed, or its needs are not met as
     far as other numbers show."""
     if fault := failed(value.metric, (score.header for score in scores)):
         return fault

@@ -1,6 +1,6 @@
 """Groups of a table: methods by values, of cases or of sets; or parts of a breakdown by methods."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from retarget_bench.analysis import statistics
@@ -9,15 +9,10 @@ from retarget_bench.analysis.ranking import Ranking, doubt, never_ranked
 from retarget_bench.analysis.summary import PEOPLE_SET, MethodSummary, SplitSummary, of_set, usual_value
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.results.header import MetricFault
-from retarget_bench.tables.groups import (
-    FPS,
-    STALE,
-    GroupBuilder,
-    by_number,
-)
+from retarget_bench.tables.groups import FPS, STALE, GroupBuilder, by_number
 from retarget_bench.tables.model import NOT_RUN, Cell, Group, Row, count, listed
 
-Spot = tuple[SplitSummary, str]
+ColumnKey = tuple[SplitSummary, str]
 """The split and the value of a column."""
 SETS = "Not ranked: compare such values by their intervals and with the floor, and none of different n."
 
@@ -35,7 +30,7 @@ class MethodGroup:
     builder: GroupBuilder
 
     @property
-    def spots(self) -> list[Spot]:
+    def column_keys(self) -> list[ColumnKey]:
         return [(section, key) for section in self.sections for key in self.keys[section.split]]
 
     @property
@@ -44,15 +39,18 @@ class MethodGroup:
 
     def group(self, absent: Sequence[str]) -> Group:
         """``absent`` are sentences about columns that are left out."""
-        there = dict.fromkeys(score.label for section in self.sections for score in section.scores)
-        shown = (label for label in there if not (self._refused(label) or self._untimed(label)))
+        there = {score.label: score for section in self.sections for score in section.scores}
+        speeds_alone = {key for _, key in self.column_keys} == {FPS}
+        if speeds_alone:  # a control says nothing of how fast motion is made
+            there = {label: each for label, each in there.items() if not each.header.method.control}
+        shown = (label for label in there if not self._refused(label))
         rows = [self._row(label) for label in sorted(shown, key=self._place)]
         return Group(
             title=self._title(),
             split="" if self.several else self.sections[0].split,
             columns=tuple(
                 replace(self.builder.column(key), split=section.split if self.several else "")
-                for section, key in self.spots
+                for section, key in self.column_keys
             ),
             ranked=tuple(row for row in rows if not row.mark),
             unranked=tuple(row for row in rows if row.mark),
@@ -69,15 +67,13 @@ class MethodGroup:
 
     def _floors(self, rows: Sequence[Row]) -> list[str]:
         """The references' scores by values of sets, unless the row of a control shows them."""
-        at = [number for number, (_, key) in enumerate(self.spots) if key in self.builder.whole]
-        sets = [(section, key, PEOPLE_SET) for section, key in (self.spots[number] for number in at)]
-        known = [usual_value(section.scores, key, which).floor for section, key, which in sets]
-        texts = [
-            "" if floor is None else self.builder.shown(floor, key)
-            for floor, (_, key, _) in zip(known, sets, strict=True)
-        ]
-        given = any(row.mark and [row.cells[number].text for number in at] == texts for row in rows)
-        return [] if given else floors(sets, self.builder)
+        at = [number for number, (_, key) in enumerate(self.column_keys) if key in self.builder.pooled]
+        sets = [self.column_keys[number] for number in at]
+        floor_of = [(usual_value(section.scores, key).floor, key) for section, key in sets]
+        texts = ["" if floor is None else self.builder.shown(floor, key) for floor, key in floor_of]
+        if any(row.mark and [row.cells[number].text for number in at] == texts for row in rows):
+            return []
+        return floors(sets, PEOPLE_SET, self.builder)
 
     def _title(self) -> str:
         """The splits, and how many cases they have."""
@@ -85,10 +81,11 @@ class MethodGroup:
         for section in self.sections:
             fresh = (each for each in section.scores if not self.builder.newest.why_outdated(each.header))
             cases = count(max((score.asked for score in fresh), default=0), "case")
-            cases += f" of {count(section.clips, 'clip')}"
+            cases += f" of {count(section.clip_count, 'clip')}"
             if not self.several:
-                frames = f", {section.frames} frames" if section.frames else ""
-                cases += f" and {count(section.pairs, 'pair')}{frames}"
+                frames = sum(info.frames for info in section.infos)
+                cases += f" and {count(section.pair_count, 'pair')}"
+                cases += f", {frames} frames" if frames else ""
             shown.append(f"{section.split}: {cases}")
         return "; ".join(shown)
 
@@ -96,12 +93,13 @@ class MethodGroup:
         """The ranking of every column of cases, without the mask of those of the matrix; none where the
         title has their numbers of cases."""
         of_cases = (
-            None if key in self.builder.whole else section.rankings.get(key) for section, key in self.spots
+            None if key in self.builder.pooled else section.rankings.get(key)
+            for section, key in self.column_keys
         )
-        found = tuple(each and replace(each, common=None) for each in of_cases)
-        asked = [max(score.asked for score in section.scores) for section, _ in self.spots]
-        alike = all(each is None or each.cases == n for each, n in zip(found, asked, strict=True))
-        return tuple(None for _ in found) if self.several and alike else found
+        rankings = tuple(each and replace(each, common=None) for each in of_cases)
+        counts = [max(score.asked for score in section.scores) for section, _ in self.column_keys]
+        alike = all(each is None or each.cases == n for each, n in zip(rankings, counts, strict=True))
+        return tuple(None for _ in rankings) if self.several and alike else rankings
 
     # --------------------------------------------------------------------------------------------- rows
     def _row(self, label: str) -> Row:
@@ -110,12 +108,16 @@ class MethodGroup:
             self.builder.cell(section, scores[section.split], key)
             if section.split in scores
             else Cell(NOT_RUN)
-            for section, key in self.spots
+            for section, key in self.column_keys
         )
-        method = next(iter(scores.values())).header.method
+        first = next(iter(scores.values()))
+        method = first.header.method
         old = any(self.builder.newest.why_outdated(score.header) for score in scores.values())
-        mark = STALE if old else never_ranked(method) or _answered(scores.values())
-        n = "" if self.several else "0" if old else _of(next(iter(scores.values())))
+        some = dict.fromkeys(f"{each.ok} of {each.asked}" for each in scores.values())
+        fewer = any(score.unranked for score in scores.values())
+        mark = STALE if old else never_ranked(method) or (f"answered {', '.join(some)}" if fewer else "")
+        answered = f"{first.ok}" if first.ok == first.asked else f"{first.ok}/{first.asked}"
+        n = "" if self.several else "0" if old else answered
         return Row(label, mark, cells, n, method.summary, method.trained_on is not None)
 
     def _scores(self, label: str) -> dict[str, MethodSummary]:
@@ -130,11 +132,6 @@ class MethodGroup:
         alone = bool(self.sections[0].bodies) and any(each.asked for each in counts)
         return alone and all(each.unsupported == each.asked for each in counts)
 
-    def _untimed(self, label: str) -> bool:
-        """True for a control where all columns are speeds: it says nothing of how fast motion is made."""
-        method = next(iter(self._scores(label).values())).header.method
-        return method.control and {key for _, key in self.spots} == {FPS}
-
     def _place(self, label: str) -> tuple[int, float, str]:
         """Sort key of rows: by ranking, then by number, then those without one."""
         section, score = self.sections[0], self._scores(label).get(self.sections[0].split)
@@ -147,7 +144,7 @@ class MethodGroup:
 
     # ---------------------------------------------------------------------------------------- sentences
     def _beside_best(self, label: str) -> str:
-        """What the best ranked method has on the cases that a method answered, which were not all."""
+        """Numbers of the best ranked method on the cases of a method that did not answer all."""
         score = next(iter(self._scores(label).values()))
         if not score.unranked or never_ranked(score.header.method):
             return ""
@@ -166,13 +163,13 @@ class MethodGroup:
 
     def _failed(self) -> list[str]:
         """A sentence for each metric that failed on answers of a split."""
-        found: dict[tuple[str, str], list[tuple[str, MetricFault]]] = {}
+        faults: dict[tuple[str, str], list[tuple[str, MetricFault]]] = {}
         for section in self.sections:
             for score in section.scores:
                 for fault in score.header.faults:
-                    found.setdefault((section.split, fault.metric), []).append((score.label, fault))
+                    faults.setdefault((section.split, fault.metric), []).append((score.label, fault))
         sentences = []
-        for (split, metric), each in found.items():
+        for (split, metric), each in faults.items():
             labels, answers = {label for label, _ in each}, sum(len(fault.cases) for _, fault in each)
             whose = f"of {min(labels)}" if len(labels) == 1 else f"of {len(labels)} methods"
             first = each[0][1]
@@ -184,25 +181,25 @@ class MethodGroup:
 
     def _without_marks(self) -> list[str]:
         """Why columns have no marks, and why rows have none that are not significantly worse."""
-        found: dict[str, list[str]] = {}
-        for section, key in self.spots:
-            ranking, label, said = section.rankings.get(key), self.builder.column(key).label, ""
+        splits_of: dict[str, list[str]] = {}
+        for section, key in self.column_keys:
+            ranking, label, sentence = section.rankings.get(key), self.builder.column(key).label, ""
             if ranking is None:
                 if why := self._not_ranked(section, key):
-                    said = f"no method is ranked by {label}, since {why}."
+                    sentence = f"no method is ranked by {label}, since {why}."
             elif len(ranking.order) > 1 and not ranking.separable:
-                said = (
+                sentence = (
                     f"{count(ranking.clips, 'clip')} cannot tell the best method from others (that takes "
                     f"{statistics.ENOUGH_CLIPS}), so none is marked best or tied."
                 )
             elif ranking.complete and ranking.unclear:
-                said = (
+                sentence = (
                     f"by {label} {listed(ranking.unclear)} cannot be told from {ranking.best} either, "
                     "though better methods can: the difference varies more."
                 )
-            found.setdefault(said, []).append(section.split)
-        found.pop("", None)
-        return [f"{', '.join(dict.fromkeys(splits))}: {said}" for said, splits in found.items()]
+            splits_of.setdefault(sentence, []).append(section.split)
+        splits_of.pop("", None)
+        return [f"{', '.join(dict.fromkeys(splits))}: {sentence}" for sentence, splits in splits_of.items()]
 
     def _not_ranked(self, section: SplitSummary, key: str) -> str:
         """Why nobody is ranked by a value; "" where fewer than two have it, or it is a description."""
@@ -210,22 +207,11 @@ class MethodGroup:
         having = [score for score in methods if key in score.means]
         if len(having) < 2 or self.builder.column(key).better == "none":
             return ""
-        if section.matrix and (why := doubt(section.matrix, key)):
+        if why := doubt(section, key):
             return why
         ranked = any(not score.unranked for score in having)
         why = "no case has a number of all ranked methods" if ranked else "none answered all cases"
         return f"{why}. Each number is over other cases"
-
-
-def _of(score: MethodSummary) -> str:
-    return f"{score.ok}" if score.ok == score.asked else f"{score.ok}/{score.asked}"
-
-
-def _answered(scores: Collection[MethodSummary]) -> str:
-    """Why a method is not ranked that answered some cases only, on one split or on several; or ""."""
-    if not any(score.unranked for score in scores):
-        return ""
-    return "answered " + ", ".join(dict.fromkeys(f"{each.ok} of {each.asked}" for each in scores))
 
 
 def speeds(section: SplitSummary) -> list[str]:
@@ -234,9 +220,9 @@ def speeds(section: SplitSummary) -> list[str]:
     timed = [(score.fps, score) for score in methods if score.fps is not None]
     timed.sort(key=lambda each: (-each[0], each[1].label))
     shown = [f"{score.label} {fps:,.0f}" for fps, score in timed if not section.slower(score)]
-    said = "Speed in frames/s of one process and thread, with handing over"
+    lead = "Speed in frames/s of one process and thread, with handing over"
     return [
-        *([f"{said}: {', '.join(shown)}."] if shown else []),
+        *([f"{lead}: {', '.join(shown)}."] if shown else []),
         *(
             f"Not comparable: {score.label} {fps:,.0f}, {slower}."
             for fps, score in timed
@@ -246,15 +232,15 @@ def speeds(section: SplitSummary) -> list[str]:
 
 
 # ---------------------------------------------------------------------------------------- values of sets
-def floors(spots: Sequence[tuple[SplitSummary, str, tuple[str, str]]], builder: GroupBuilder) -> list[str]:
-    """A sentence for each value of sets: the references' scores. spots: split, value, set."""
-    found: dict[str, list[str]] = {}
-    for section, key, which in spots:
+def floors(column_keys: Sequence[ColumnKey], which: tuple[str, str], builder: GroupBuilder) -> list[str]:
+    """A sentence for each value of a set: the references' scores."""
+    floor_of: dict[str, list[str]] = {}
+    for section, key in column_keys:
         if (floor := usual_value(section.scores, key, which).floor) is not None:
-            found.setdefault(builder.column(key).label, []).append(
+            floor_of.setdefault(builder.column(key).label, []).append(
                 f"{section.split} {builder.shown(floor, key)}"
             )
-    return [f"Floor of {label}, that of real motion: {', '.join(of)}." for label, of in found.items()]
+    return [f"Floor of {label}, that of real motion: {', '.join(of)}." for label, of in floor_of.items()]
 
 
 def by_set(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) -> list[Group]:
@@ -264,8 +250,8 @@ def by_set(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) ->
         if each.value_id in keys and each.value is not None:
             computed.setdefault((each.structure, each.kind), {})[each.value_id] = None
     return [
-        _of_set(section, which, [key for key in keys if key in mine], builder)
-        for which, mine in sorted(computed.items())
+        _of_set(section, which, [key for key in keys if key in present], builder)
+        for which, present in sorted(computed.items())
     ]
 
 
@@ -277,8 +263,8 @@ def _of_set(
     rows = []
     for score in section.scores:
         mark = STALE if builder.newest.why_outdated(score.header) else score.unranked
-        mine = [of_set(score.sets, key, which) for key in keys]
-        n = max((each.n for each in mine if each is not None), default=0)
+        values = [of_set(score.sets, key, which) for key in keys]
+        n = max((each.n for each in values if each is not None), default=0)
         cells = tuple(builder.cell(section, score, key, which) for key in keys)
         method = score.header.method
         rows.append(Row(score.label, mark, cells, f"{n}", method.summary, method.trained_on is not None))
@@ -293,17 +279,17 @@ def _of_set(
         columns=columns,
         ranked=tuple(row for row in rows if not row.mark),
         unranked=tuple(row for row in rows if row.mark),
-        below=(*floors([(section, key, which) for key in keys], builder), SETS),
+        below=(*floors([(section, key) for key in keys], which, builder), SETS),
         counted="windows",
         structure=structure,
         kind=kind,
     )
 
 
-def without_sets(found: Sequence[SplitSummary], keys: Sequence[str]) -> list[str]:
+def without_sets(sections: Sequence[SplitSummary], keys: Sequence[str]) -> list[str]:
     """A sentence about the sets for which no method has any of these values; [] for none."""
     reasons: dict[str, str] = {}
-    for section in found:
+    for section in sections:
         values = [each for score in section.scores for each in score.sets if each.value_id in keys]
         having = {(each.structure, each.kind) for each in values if each.value is not None}
         for each in values:
@@ -328,16 +314,17 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
         if not any(score.asked or key in score.means for score in section.scores):
             continue  # self pairs, which only legacy protocols count here
         scores = {score.label: score for score in section.scores}
-        cells = (
-            _of_part(section, scores[label], key, builder, marks[label])
-            if label in scores
-            else Cell(NOT_RUN)
-            for label in labels
-        )
+        cells = []
+        for label in labels:
+            cell = builder.cell(section, scores[label], key) if label in scores else Cell(NOT_RUN)
+            if cell.value is not None and scores[label].unranked and not marks[label]:
+                reason = "over the cases that it answered, which are not all of this line"
+                cell = replace(cell, reason=reason, footnote=builder.footnotes.number(reason))
+            cells.append(cell)
         # not every body has every joint, nor every clip every second
-        whole = heading not in ("joint", "part", *CURVES)
-        asked = max(score.asked for score in section.scores) if whole else 0
-        n = max(asked, *(score.means[key].n for score in section.scores if key in score.means), 0)
+        same_cases = heading not in ("joint", "part", *CURVES)
+        counted = max(score.asked for score in section.scores) if same_cases else 0
+        n = max(counted, *(score.means[key].n for score in section.scores if key in score.means), 0)
         rows.append(Row(section.part, "", tuple(cells), f"{n}"))
     split = sections[0].split
     unit = f" in {value.unit}" if value.unit != "1" else ""
@@ -364,20 +351,6 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
         subject=key,
         below=tuple(f"{split}: {each}." for each in so_far),
     )
-
-
-def _of_part(
-    section: SplitSummary, score: MethodSummary, key: str, builder: GroupBuilder, mark: str
-) -> Cell:
-    """The cell of a method and a part, with a footnote where it is ranked in other parts and not in this.
-
-    mark: why it is ranked in none.
-    """
-    cell = builder.cell(section, score, key)
-    if mark or cell.value is None or not score.unranked:
-        return cell
-    reason = "over the cases that it answered, which are not all of this line"
-    return replace(cell, reason=reason, footnote=builder.footnotes.number(reason))
 
 
 def _never_ranked(sections: Sequence[SplitSummary], label: str) -> str:

@@ -151,13 +151,13 @@ class Group:
         then what is not ranked, controls last."""
         learned = {row.learned for row in self.ranked}
         kinds = {UNTRAINED: False, LEARNED: True} if len(learned) > 1 else {"": True in learned}
-        found = {
+        blocks = {
             heading: tuple(row for row in self.ranked if row.learned == kind)
             for heading, kind in kinds.items()
         }
-        found[NOT_RANKED] = tuple(row for row in self.unranked if row.mark != CONTROL)
-        found[CONTROLS] = tuple(row for row in self.unranked if row.mark == CONTROL)
-        return tuple((heading, rows) for heading, rows in found.items() if rows)
+        blocks[NOT_RANKED] = tuple(row for row in self.unranked if row.mark != CONTROL)
+        blocks[CONTROLS] = tuple(row for row in self.unranked if row.mark == CONTROL)
+        return tuple((heading, rows) for heading, rows in blocks.items() if rows)
 
     @property
     def counts(self) -> bool:

@@ -11,10 +11,10 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import folded
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import ResultMatrix, set_values
-from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, declared_values, entries
-from retarget_bench.tables.groups import FPS, declared_sets
+from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, entries
+from retarget_bench.tables.groups import FPS, declared_sets, declared_values
 
-Known = Mapping[str, DeclaredValue]
+Declared = Mapping[str, DeclaredValue]
 SPEED = DeclaredValue(
     label="speed",
     meaning="",
@@ -33,20 +33,20 @@ UNLIKE = {
 """Columns and lines of tables that are no values -> where they are."""
 
 
-def column_ids(asked: Iterable[str], found: Sequence[SplitSummary]) -> list[str]:
+def column_ids(names: Iterable[str], sections: Sequence[SplitSummary]) -> list[str]:
     """The columns that these names stand for in these results: ids of values, or ``fps``.
 
     Raises BenchError for a name of no value, and for one of several.
     """
-    return value_ids(asked, {**declared_values(found), **declared_sets(found), FPS: SPEED})
+    return value_ids(names, {**declared_values(sections), **declared_sets(sections), FPS: SPEED})
 
 
-def value_ids(asked: Iterable[str], known: Known) -> list[str]:
+def value_ids(names: Iterable[str], declared: Declared) -> list[str]:
     """The ids that these names stand for, each once."""
-    return list(dict.fromkeys(value_id(name, known) for name in _whole(asked, known)))
+    return list(dict.fromkeys(value_id(name, declared) for name in _rejoined(names, declared)))
 
 
-def value_id(asked: str, known: Known) -> str:
+def value_id(name: str, declared: Declared) -> str:
     """The id of the value that a name stands for.
 
     The name may be an id, a label (``MPJPE``; where case, spaces, underscores and hyphens do not count),
@@ -55,51 +55,53 @@ def value_id(asked: str, known: Known) -> str:
     values that it fits, the one that stands first among the default columns. Raises BenchError for a name
     of no value, with near ones, of several, and of a value against the source (``against_the_source``).
     """
-    known, every = {key: known[key] for key in entries(known)}, known
-    if asked in every and asked not in known:
-        raise BenchError(f"{asked} is no column: bench table --against source shows {every[asked].label}")
-    found = candidates(asked, known)
-    if not found:
-        unknown = f"no result has a value {asked!r}; {_cure(asked, known)}"
-        raise BenchError(UNLIKE.get(asked.casefold(), unknown))
-    if len(found) == 1 or found[0] in DEFAULT_COLUMNS:
-        return found[0]
-    usual = [key for key in DEFAULT_COLUMNS if key in known and folded(asked) in folded(known[key].label)]
-    found = list(dict.fromkeys([*usual, *found]))
+    declared, every = {key: declared[key] for key in entries(declared)}, declared
+    if name in every and name not in declared:
+        raise BenchError(f"{name} is no column: bench table --against source shows {every[name].label}")
+    matches = candidates(name, declared)
+    if not matches:
+        unknown = f"no result has a value {name!r}; {_cure(name, declared)}"
+        raise BenchError(UNLIKE.get(name.casefold(), unknown))
+    if len(matches) == 1 or matches[0] in DEFAULT_COLUMNS:
+        return matches[0]
+    usual = [
+        key for key in DEFAULT_COLUMNS if key in declared and folded(name) in folded(declared[key].label)
+    ]
+    matches = list(dict.fromkeys([*usual, *matches]))
     raise BenchError(
-        f"{asked!r} may be one of {len(found)} values; give the id: {', '.join(_told(found, known))}"
+        f"{name!r} may be one of {len(matches)} values; give the id: {', '.join(_shown(matches, declared))}"
     )
 
 
-def candidates(asked: str, known: Known) -> list[str]:
+def candidates(text: str, declared: Declared) -> list[str]:
     """The ids of all values that a name may stand for, likely ones first; [] for none: see ``value_id``."""
-    if asked in known:
-        return [asked]
-    name, words = folded(asked), _words(asked)
+    if text in declared:
+        return [text]
+    name, words = folded(text), _words(text)
     ways = (
-        [key for key, value in known.items() if folded(value.label) == name],
-        [key for key in known if folded(key) == name],
-        [key for key, value in known.items() if words and _words(value.label) == words],
-        [key for key, value in known.items() if name in _families(key, value)],
+        [key for key, value in declared.items() if folded(value.label) == name],
+        [key for key in declared if folded(key) == name],
+        [key for key, value in declared.items() if words and _words(value.label) == words],
+        [key for key, value in declared.items() if name in _families(key, value)],
     )
     return _usual_first(next(filter(None, ways), []))
 
 
-def _usual_first(found: Sequence[str]) -> list[str]:
+def _usual_first(ids: Sequence[str]) -> list[str]:
     places = {key: place for place, key in enumerate(DEFAULT_COLUMNS)}
-    return sorted(found, key=lambda key: places.get(key, len(places)))
+    return sorted(ids, key=lambda key: places.get(key, len(places)))
 
 
-def _whole(asked: Iterable[str], known: Known) -> list[str]:
+def _rejoined(names: Iterable[str], declared: Declared) -> list[str]:
     """The names, with labels that were split at their commas in one piece again."""
-    labels = {folded(value.label) for value in known.values()}
-    parts, whole = list(asked), []
+    labels = {folded(value.label) for value in declared.values()}
+    parts, joined = list(names), []
     while parts:
         lengths = range(len(parts), 1, -1)
         n = next((n for n in lengths if folded(",".join(parts[:n])) in labels), 1)
-        whole.append(", ".join(parts[:n]))
+        joined.append(", ".join(parts[:n]))
         parts = parts[n:]
-    return whole
+    return joined
 
 
 def declared(matrices: Iterable[ResultMatrix]) -> tuple[dict[str, DeclaredValue], dict[str, DeclaredValue]]:
@@ -109,30 +111,34 @@ def declared(matrices: Iterable[ResultMatrix]) -> tuple[dict[str, DeclaredValue]
     return of_cases, set_values(row.header for matrix in matrices for row in matrix.rows)
 
 
-def against_the_source(columns: Sequence[str], found: Sequence[SplitSummary], asked: bool) -> list[str]:
+def against_the_source(
+    columns: Sequence[str], sections: Sequence[SplitSummary], explicit: bool
+) -> list[str]:
     """The values against the source in the place of these columns; those that need no reference stay.
 
-    asked: somebody named the columns. Raises BenchError for a named one that needs a reference and does not
-    exist against the source, and where no column is left.
+    explicit: somebody named the columns. Raises BenchError for a named one that needs a reference and does
+    not exist against the source, and where no column is left.
     """
-    known = declared_values(found)
-    kept, lost = [], []
+    declared = declared_values(sections)
+    replaced, lost = [], []
     for key in columns:
         twin = api.against_source(key)
-        if twin in known:
-            kept.append(twin)
-        elif key in known and "reference" in known[key].needs:
+        if twin in declared:
+            replaced.append(twin)
+        elif key in declared and "reference" in declared[key].needs:
             lost.append(key)
         else:
-            kept.append(key)
-    if lost and (asked or not kept):
-        having = [key for key in known if api.against_source(key) in known]
-        there = f"those that are: {', '.join(_told(having, known))}" if having else "no value here is"
-        raise BenchError(f"{lost[0]} ({known[lost[0]].label}) is not computed against the source; {there}")
-    return kept
+            replaced.append(key)
+    if lost and (explicit or not replaced):
+        having = [key for key in declared if api.against_source(key) in declared]
+        there = f"those that are: {', '.join(_shown(having, declared))}" if having else "no value here is"
+        raise BenchError(
+            f"{lost[0]} ({declared[lost[0]].label}) is not computed against the source; {there}"
+        )
+    return replaced
 
 
-def check_of_cases(key: str, declared: Known, of_sets: Known) -> None:
+def check_of_cases(key: str, declared: Declared, of_sets: Declared) -> None:
     """Raises BenchError for a value of sets and for a curve: they have no number per case."""
     if key in of_sets:
         raise BenchError(
@@ -165,25 +171,25 @@ def _words(text: str) -> list[str]:
     return sorted(re.findall(r"[^\W_]+", text.casefold()))
 
 
-def _told(ids: Iterable[str], known: Known) -> list[str]:
+def _shown(ids: Iterable[str], declared: Declared) -> list[str]:
     """Values by id and label, as messages name them."""
-    return [f"{key} ({known[key].label})" for key in ids]
+    return [f"{key} ({declared[key].label})" for key in ids]
 
 
-def close(asked: str, known: Known, also: Sequence[str] = (), cutoff: float = 0.6) -> list[str]:
+def close(name: str, declared: Declared, also: Sequence[str] = (), cutoff: float = 0.6) -> list[str]:
     """The values that were perhaps meant, each by its id and label. also: names of what is no value."""
     names = {folded(each): each for each in also}
-    for key, value in known.items():
+    for key, value in declared.items():
         names[folded(key)] = names[folded(value.label)] = f"{key} ({value.label})"
-    near = difflib.get_close_matches(folded(asked), names, 3, cutoff)
+    near = difflib.get_close_matches(folded(name), names, 3, cutoff)
     return list(dict.fromkeys(names[each] for each in near))
 
 
-def _cure(asked: str, known: Known) -> str:
+def _cure(name: str, declared: Declared) -> str:
     """The values that were perhaps meant; else the nearest or a few usual ones, and how to list all."""
-    if near := close(asked, known):
+    if near := close(name, declared):
         return f"did you mean {' or '.join(near)}?"
-    if near := close(asked, known, cutoff=0.3):
+    if near := close(name, declared, cutoff=0.3):
         return f"the nearest are {' and '.join(near)}; {LISTED}"
-    few = _usual_first([key for key, value in known.items() if not value.index])[:3]
-    return f"there are {', '.join(_told(few, known))} and others; {LISTED}"
+    few = _usual_first([key for key, value in declared.items() if not value.index])[:3]
+    return f"there are {', '.join(_shown(few, declared))} and others; {LISTED}"

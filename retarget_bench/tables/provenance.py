@@ -11,10 +11,10 @@ from retarget_bench.results.header import MethodInfo, ResultHeader
 from retarget_bench.tables.model import Provenance
 
 
-def provenance(found: Sequence[SplitSummary]) -> tuple[Provenance, ...]:
+def provenance(sections: Sequence[SplitSummary]) -> tuple[Provenance, ...]:
     """One entry per method; splits made by another version, code or seeds have their own."""
     grouped: dict[tuple[Any, ...], dict[str, ResultHeader]] = {}
-    for section in found:
+    for section in sections:
         for score in section.scores:
             header, method = score.header, score.header.method
             versions, seeds = tuple(header.versions.items()), tuple(header.seeds)
@@ -42,12 +42,11 @@ def _entry(label: str, headers: Mapping[str, ResultHeader]) -> Provenance:
 
 def _there(method: MethodInfo) -> str:
     """The environment that a method answered in, where it was another one."""
-    if not (found := method.environment):
+    if not (environment := method.environment):
         return ""
-    packages = (f"{name} {version}" for name, version in found["packages"].items())
-    return (
-        f"; answered in {found['name']} (lock {found['lock']}): {', '.join((found['python'], *packages))}"
-    )
+    packages = [f"{name} {version}" for name, version in environment["packages"].items()]
+    versions = ", ".join((environment["python"], *packages))
+    return f"; answered in {environment['name']} (lock {environment['lock']}): {versions}"
 
 
 def _command(header: ResultHeader, splits: Sequence[str]) -> str:
@@ -65,9 +64,9 @@ def _command(header: ResultHeader, splits: Sequence[str]) -> str:
     return shlex.join(words)
 
 
-def data_facts(found: Sequence[SplitSummary]) -> tuple[tuple[str, str], ...]:
+def data_facts(sections: Sequence[SplitSummary]) -> tuple[tuple[str, str], ...]:
     """(fact, value) pairs of a data set, from its newest result."""
-    headers = [score.header for section in found for score in section.scores]
+    headers = [score.header for section in sections for score in section.scores]
     dataset = max(headers, key=lambda header: header.date).dataset
     facts = [("data set", dataset.label), ("spec", str(Spec(dataset.name, dataset.parameters)))]
     if dataset.version:

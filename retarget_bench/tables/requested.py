@@ -1,11 +1,12 @@
-"""The tables that somebody asks for, on the command line or in Python."""
+"""Tables by request, on the command line or in Python."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
 from retarget_bench.analysis.breakdown import By
-from retarget_bench.analysis.selection import PEOPLE, Selection, wanted_group
+from retarget_bench.analysis.selection import PEOPLE, Selection, group_of_bodies
 from retarget_bench.analysis.summary import SplitSummary, split_summaries
 from retarget_bench.api import PAIRED
 from retarget_bench.errors import BenchError
@@ -79,50 +80,46 @@ class Request(OfMethods, OfBodies):
         return split_summaries(places, by, self.at_least, select=select, metres=self.unit == "m")
 
 
-def tables(places: Sequence[ResultPaths], asked: Request, form: str = "text") -> list[Table]:
+def tables(places: Sequence[ResultPaths], request: Request, form: str = "text") -> list[Table]:
     """The tables of results of one task, laid out for a format.
 
     Raises BenchError for columns, bodies and splits that no result has.
     """
-    by, task = asked.by or None, places[0].kind
-    asked_columns, splits = listed(asked.columns), listed(asked.splits)
-    usual = not asked_columns and not asked.all
-    plain = asked.at_least is None and not (asked.against or asked.unit)
+    by, task = request.by or None, places[0].kind
+    asked_columns, splits = listed(request.columns), listed(request.splits)
+    usual = not asked_columns and not request.all
+    plain = request.at_least is None and not (request.against or request.unit)
     if task in TASK_COLUMNS and usual and plain:
-        return task_tables(places, task, by, asked.selection(task))
+        return task_tables(places, task, by, request.selection(task))
     if task in TASK_COLUMNS and asked_columns and task != "reconstruct":
         by = by or TASK_BREAKDOWN[task]
-    found = asked.summaries(places, by)
+    sections = request.summaries(places, by)
     columns: Sequence[str] | None = None
-    if asked.all:
+    if request.all:
         # nobody times probes, nor derived tasks
-        columns = [each for each in builder.all_columns(found) if task in PAIRED or each != FPS]
+        columns = [each for each in builder.all_columns(sections) if task in PAIRED or each != FPS]
     elif asked_columns:
-        columns = names.column_ids(asked_columns, found)
-        if by is None and (over := builder.curve_index(found, columns)):
-            by, found = over, asked.summaries(places, over)
-    shown, hints = _shown(found, asked)
-    if asked.at_least is not None:
-        hints.append(f"Only clips of {asked.at_least} s or longer.")
+        columns = names.column_ids(asked_columns, sections)
+        if by is None and (over := builder.curve_index(sections, columns)):
+            by, sections = over, request.summaries(places, over)
+    shown, hints = _shown(sections, request)
+    if request.at_least is not None:
+        hints.append(f"Only clips of {request.at_least} s or longer.")
     layout: builder.Layout = LAYOUTS.get(form, "overview")
     if by or splits or task not in PAIRED or (layout == "both" and not usual):
         layout = "splits"
-    if asked.against:
+    if request.against:
         shown_beside = builder.OVERVIEW_COLUMNS if layout == "overview" else builder.DEFAULT_COLUMNS
         beside = shown_beside if columns is None else columns
-        columns = names.against_the_source(beside, found, asked=bool(asked_columns))
+        columns = names.against_the_source(beside, sections, explicit=bool(asked_columns))
         columns = columns[: 1 if usual and by else None]
         layout = "splits" if layout == "both" else layout
     made = builder.tables(shown, columns, by or "", layout=layout)
-    if asked.unit:  # ids say per cent of the height, and CSV has no units
-        made = [_titled(table) for table in made]
+    for place, table in enumerate(made):
+        units = {column.unit for column in (*table.columns, *table.subjects)}
+        if request.unit and units & set(UNITS.values()):  # ids say per cent of the height; CSV has no units
+            made[place] = replace(table, title=f"{table.title} in metres")
     return [*made[:-1], *(replace(last, hints=(*last.hints, *hints)) for last in made[-1:])]
-
-
-def _titled(table: Table) -> Table:
-    """A table that says so where any of its values is in metres."""
-    units = {column.unit for column in (*table.columns, *table.subjects)}
-    return replace(table, title=f"{table.title} in metres") if units & set(UNITS.values()) else table
 
 
 def task_tables(
@@ -131,50 +128,37 @@ def task_tables(
     """The tables of a task: by level or structure, or whatever else is asked for; of ``reconstruct`` also
     one over all structures."""
     both = by is None and TASK_BREAKDOWN[task] == "structure"
-    whole = split_summaries(places, select=select) if both else []
     by = by or TASK_BREAKDOWN[task]
-    parts, wanted = split_summaries(places, by, select=select), TASK_COLUMNS[task]
+    parts = split_summaries(places, by, select=select)
+    there = {key for section in parts for key in section.values}
+    columns = [key for key in TASK_COLUMNS[task] if key in there]
     return [
-        *builder.tables(whole, _known_columns(whole, wanted)),
-        *builder.tables(parts, _known_columns(parts, wanted[: 1 if whole else None]), by),
+        *(builder.tables(split_summaries(places, select=select), columns or None) if both else []),
+        *builder.tables(parts, columns[: 1 if both else None] or None, by),
     ]
 
 
-def _known_columns(found: Sequence[SplitSummary], wanted: Sequence[str]) -> Sequence[str] | None:
-    """Those that any result has; None, the usual ones of all tables, where none has."""
-    there = {key for section in found for key in section.values}
-    return tuple(key for key in wanted if key in there) or None
-
-
-def _shown(found: Sequence[SplitSummary], asked: Request) -> tuple[list[SplitSummary], list[str]]:
-    """The sections of these bodies and splits, and sentences about what is left out.
+def _shown(sections: Sequence[SplitSummary], request: Request) -> tuple[list[SplitSummary], list[str]]:
+    """The sections of these bodies (``selection.group_of_bodies``) and splits, and sentences about what is
+    left out.
 
     Raises BenchError where there are none.
     """
-    shown, hints = of_bodies(found, asked.bodies)
-    splits = listed(asked.splits)
-    kept = [each for each in shown if not splits or each.split in splits]
-    if shown and not kept:
-        bodies = f" of {asked.bodies} bodies" if asked.bodies not in ("", "all") else ""
-        there = " and ".join(dict.fromkeys(section.split for section in shown))
-        raise BenchError(f"no case{bodies} is in the split {' or '.join(splits)}; {there} have some")
-    return kept, hints
-
-
-# ---------------------------------------------------------------------------------------------- bodies
-def of_bodies(found: Sequence[SplitSummary], bodies: str) -> tuple[list[SplitSummary], list[str]]:
-    """The sections of a group of bodies (``selection.wanted_group``), and sentences about what is left
-    out."""
-    wanted = wanted_group([section.bodies for section in found], bodies)
-    kept = [section for section in found if wanted in ("all", section.bodies)]
-    cases: dict[str, int] = {}
-    for section in found if wanted != "all" else ():
-        if section.bodies != wanted:
-            asked = max(score.asked for score in section.scores)
-            cases[section.bodies] = cases.get(section.bodies, 0) + asked
-    variants = dict.fromkeys(label for section in kept for label in section.variants)
+    group = group_of_bodies([section.bodies for section in sections], request.bodies)
+    of_group = [section for section in sections if group in ("all", section.bodies)]
+    cases = Counter[str]()
+    for section in sections:
+        if group not in ("all", section.bodies):
+            cases[section.bodies] += max(score.asked for score in section.scores)
+    variants = {label for section in of_group for label in section.variants}
     left = [*others(cases), *([f"{count(len(variants), 'variant')} (--variants)"] if variants else [])]
-    return kept, [f"Not shown: {', '.join(left)}."] if left else []
+    splits = listed(request.splits)
+    chosen = [section for section in of_group if not splits or section.split in splits]
+    if of_group and not chosen:
+        bodies = f" of {request.bodies} bodies" if request.bodies not in ("", "all") else ""
+        there = " and ".join(dict.fromkeys(section.split for section in of_group))
+        raise BenchError(f"no case{bodies} is in the split {' or '.join(splits)}; {there} have some")
+    return chosen, [f"Not shown: {', '.join(left)}."] if left else []
 
 
 def others(cases: Mapping[str, int]) -> list[str]:

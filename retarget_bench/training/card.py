@@ -77,30 +77,32 @@ def card(
 
 
 def manifest(data: Dataset, training_data: TrainingData) -> dict[str, list[str]]:
-    """All that training and its validation have seen, as the data set tells it, without the characters,
-    structures and clips that were left out; what was trained on where the data set tells nothing."""
+    """All that training and its validation have seen, by the data set's manifest, without the characters,
+    structures and clips that were left out; the training data alone where the data set has none."""
     if isinstance(data, JointDataset):
-        found: dict[str, list[str]] = {}
+        lists: dict[str, list[str]] = {}
         for member in data.members:
-            found = joined(found, _manifest(member.data, member.names, training_data))
-        return found
+            lists = joined(lists, _manifest(member.data, member.names, training_data))
+        return lists
     return _manifest(data, {name: name for name in training_data.clips}, training_data)
 
 
 def _manifest(data: Dataset, names: Mapping[str, str], training_data: TrainingData) -> dict[str, list[str]]:
     """The same of one data set. names: what it calls its characters -> what the training data call them."""
-    kept = {own: name for own, name in names.items() if name in training_data.clips}
-    told = optional.data_manifest(data)
-    if not told:
-        structures = {training_data.characters[name].structure for name in kept.values()}
-        return {"characters": sorted(kept), "structures": sorted(structures)}
+    included = {own: name for own, name in names.items() if name in training_data.clips}
+    manifest = optional.data_manifest(data)
+    if not manifest:
+        structures = {training_data.characters[name].structure for name in included.values()}
+        return {"characters": sorted(included), "structures": sorted(structures)}
     offered: Cast = data.training()  # type: ignore[attr-defined]
-    out = {name for mine in offered.values() for name in mine} - set(kept)
-    out |= {structure for structure, mine in offered.items() if out.issuperset(mine)}
-    listed = {clip for mine in offered.values() for clips in mine.values() for clip in clips.names}
-    unused = listed - {clip.name for name in kept.values() for clip in training_data.clips[name]}
-    without = {key: unused if key == "clips" else out for key in told}
-    return {key: [str(name) for name in names if name not in without[key]] for key, names in told.items()}
+    out = {name for cast in offered.values() for name in cast} - set(included)
+    out |= {structure for structure, cast in offered.items() if out.issuperset(cast)}
+    listed = {clip for cast in offered.values() for clips in cast.values() for clip in clips.names}
+    unused = listed - {clip.name for name in included.values() for clip in training_data.clips[name]}
+    without = {key: unused if key == "clips" else out for key in manifest}
+    return {
+        key: [str(name) for name in names if name not in without[key]] for key, names in manifest.items()
+    }
 
 
 def joined(before: Mapping[str, Sequence[str]], now: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
@@ -116,6 +118,6 @@ def hardware(device: torch.device) -> str:
     lines: list[str] = []
     with suppress(OSError):
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    processor = next(named, platform.processor() or platform.machine())
+    model_names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    processor = next(model_names, platform.processor() or platform.machine())
     return f"{processor}, {torch.get_num_threads()} threads"

@@ -1,4 +1,4 @@
-"""A card of weights as lines of text, for ``bench info``. What a card does not tell is left out."""
+"""A card of weights as lines of text, for ``bench info``. Missing entries are left out."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -25,7 +25,7 @@ def described(card: Card) -> list[str]:
         "scores": _scores(card.get("scores", {})),
         "scored as": _scored_as(card),
         "validation": _curve(card.get("validation", ())),
-        "has seen": _seen(card.get("training_manifest", {})),
+        "has seen": _training_data(card.get("training_manifest", {})),
         "note": "; ".join(card.get("notes", ())),
         "hash": str(card["hash"]),
     }
@@ -49,12 +49,12 @@ def _data(data: Card) -> str:
 
 def _recipe(card: Card) -> str:
     timed = bool(card.get("budget")) and not str(card["budget"]).endswith("it")
-    told = {**card.get("recipe", {})}
+    settings = {**card.get("recipe", {})}
     if timed:
-        told.pop("steps", None)
-    if augmentation := told.pop("augmentation", None):
-        told["augmentation"] = f"({_pairs(augmentation.items())})"
-    config = _pairs(told.items())
+        settings.pop("steps", None)
+    if augmentation := settings.pop("augmentation", None):
+        settings["augmentation"] = f"({_pairs(augmentation.items())})"
+    config = _pairs(settings.items())
     return f"{card['preset']}: {config}" if card.get("preset") else config
 
 
@@ -62,8 +62,8 @@ def _training(card: Card) -> str:
     parts = []
     if "steps" in card:
         best = card.get("step", card["steps"])
-        kept = f" (kept: those of step {best:,})" if best != card["steps"] else ""
-        parts.append(f"{card['steps']:,} steps{kept}")
+        note = f" (kept: those of step {best:,})" if best != card["steps"] else ""
+        parts.append(f"{card['steps']:,} steps{note}")
     if card.get("recipe", {}).get("average"):
         parts.append("an exponential average of weights")
     if "seconds" in card:
@@ -102,11 +102,11 @@ def _curve(validation: Sequence[Card]) -> str:
 
 
 def _mean(entry: Card, name: str) -> float:
-    known = [values[name] for values in entry["scores"].values() if name in values]
-    return sum(known) / len(known) if known else float("nan")
+    scores = [values[name] for values in entry["scores"].values() if name in values]
+    return sum(scores) / len(scores) if scores else float("nan")
 
 
-def _seen(manifest: Card) -> str:
+def _training_data(manifest: Card) -> str:
     parts = []
     for key, names in manifest.items():
         aside = " (only to steer by)" if key == "validation" else ""

@@ -21,7 +21,7 @@ from retarget_bench.files import atomic, write_text
 
 SCHEMA = 1
 NAME = "checkpoint.json"
-_OURS = re.compile(r"\b(step|best)-\d+\.safetensors$")
+_TENSORS = re.compile(r"\b(step|best)-\d+\.safetensors$")
 """Also what a killed process left half written, whose name begins with a dot."""
 
 
@@ -65,14 +65,14 @@ def write(folder: Path, checkpoint: Checkpoint) -> None:
         "validation": list(checkpoint.validation),
     }
     if (best := checkpoint.best) is not None:
-        kept = before.get("best") if before else None
-        if kept is None or kept["step"] != best.step:
-            kept = _put(folder / f"best-{best.step}.safetensors", checkpoint.exported)
-        facts["best"] = {**vars(best), "file": kept["file"], "sha256": kept["sha256"]}
+        stored = before.get("best") if before else None
+        if stored is None or stored["step"] != best.step:
+            stored = _put(folder / f"best-{best.step}.safetensors", checkpoint.exported)
+        facts["best"] = {**vars(best), "file": stored["file"], "sha256": stored["sha256"]}
     write_text(folder / NAME, json.dumps(facts, indent=1) + "\n")
     current = {facts["state"]["file"], facts["best"]["file"] if facts["best"] else ""}
     for path in folder.glob("*.safetensors"):
-        if _OURS.search(path.name) and path.name not in current:
+        if _TENSORS.search(path.name) and path.name not in current:
             path.unlink(missing_ok=True)
 
 
@@ -122,11 +122,11 @@ def _put(path: Path, tensors: Mapping[str, Tensor]) -> dict[str, str]:
     return {"file": path.name, "sha256": hashlib.sha256(data).hexdigest()}
 
 
-def _get(folder: Path, known: Mapping[str, str]) -> dict[str, Tensor]:
-    path = folder / known["file"]
+def _get(folder: Path, entry: Mapping[str, str]) -> dict[str, Tensor]:
+    path = folder / entry["file"]
     try:
         data = path.read_bytes()
-        if hashlib.sha256(data).hexdigest() != known["sha256"]:
+        if hashlib.sha256(data).hexdigest() != entry["sha256"]:
             raise FileError(path, f"is not the file that {NAME} names: its hash differs")
         return safetensors.torch.load(data)
     except (OSError, safetensors.SafetensorError) as error:

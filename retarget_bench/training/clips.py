@@ -16,8 +16,8 @@ Progress = Callable[[int, int], None]
 
 def training_clips(data: Dataset) -> Cast:
     """The training clips of a data set. Raises NotSupported where that is nothing."""
-    found = optional.training(data)
-    usable = {structure: mine for structure, mine in found.items() if mine}
+    clips = optional.training(data)
+    usable = {structure: characters for structure, characters in clips.items() if characters}
     if not usable:
         why = "; ".join(optional.training_notes(data)) or "see TrainingDataset in retarget_bench/api"
         raise NotSupported(f"{data.label.strip()} has no training motion; {why}")
@@ -37,11 +37,13 @@ def by_character(
     Raises NotSupported where it fails.
     """
     payloads = [{**common, "character": name, "plugins": plugin_files()} for name in names]
-    found: dict[str, Any] = {}
+    by_name: dict[str, Any] = {}
     progress(0, len(names))
-    for done in carried_out(task, payloads, jobs):
-        if done.error:
-            raise NotSupported(f"{names[done.number]}: its training motion cannot be had: {done.error}")
-        found[names[done.number]] = done.result
-        progress(len(found), len(names))
-    return {name: found[name] for name in names}
+    for outcome in carried_out(task, payloads, jobs):
+        if outcome.error:
+            raise NotSupported(
+                f"{names[outcome.number]}: its training motion cannot be had: {outcome.error}"
+            )
+        by_name[names[outcome.number]] = outcome.result
+        progress(len(by_name), len(names))
+    return {name: by_name[name] for name in names}

@@ -96,20 +96,20 @@ class Budget:
     @classmethod
     def parse(cls, text: str) -> Budget:
         """``30m``, ``2h``, ``1.5h``, ``90s``, ``20000it``. Raises BenchError."""
-        found = _WRITTEN.fullmatch(text.strip().lower())
-        number = float(found[1]) if found else 0.0
-        if found and number * _UNITS.get(found[2], 1.0) >= LONGEST:
+        match = _WRITTEN.fullmatch(text.strip().lower())
+        number = float(match[1]) if match else 0.0
+        if match and number * _UNITS.get(match[2], 1.0) >= LONGEST:
             raise BenchError(
                 f"the budget {text[:20]}... is more than any training takes; give a smaller one"
             )
-        if found is None or number <= 0 or (found[2] == "it" and number != int(number)):
+        if match is None or number <= 0 or (match[2] == "it" and number != int(number)):
             raise BenchError(
                 f"{text!r} is no budget; write time as 90s, 30m, 2h or 1d, or steps as 20000it"
             )
-        if found[2] == "it":
+        if match[2] == "it":
             return cls(steps=int(number))
-        return cls(seconds=number * _UNITS[found[2]])
+        return cls(seconds=number * _UNITS[match[2]])
 
     def used(self, steps: int, seconds: float) -> float:
-        """Which share is used up; 1 or more: the end."""
+        """The share that is used up; 1 or more: the end."""
         return steps / self.steps if self.steps else seconds / self.seconds

@@ -95,26 +95,26 @@ class TrainingData:
     @cached_property
     def structures(self) -> Mapping[str, tuple[str, ...]]:
         """Structure -> names of its characters, both sorted."""
-        found: dict[str, list[str]] = {}
+        names: dict[str, list[str]] = {}
         for name in sorted(self.clips):
-            found.setdefault(self.characters[name].structure, []).append(name)
-        return {name: tuple(found[name]) for name in sorted(found)}
+            names.setdefault(self.characters[name].structure, []).append(name)
+        return {name: tuple(names[name]) for name in sorted(names)}
 
     @cached_property
     def hash(self) -> str:
         """Sixteen hex digits of every array with its name and shape, whose clip it is, in a fixed order."""
-        found = hashlib.sha256()
+        digest = hashlib.sha256()
         for name in sorted(self.clips):
             for clip in self.clips[name]:
                 for key, array in sorted(clip.arrays.items()):
-                    found.update(repr((name, clip.name, key, array.shape, array.dtype.str)).encode())
-                    found.update(np.ascontiguousarray(array).tobytes())
-        return found.hexdigest()[:16]
+                    digest.update(repr((name, clip.name, key, array.shape, array.dtype.str)).encode())
+                    digest.update(np.ascontiguousarray(array).tobytes())
+        return digest.hexdigest()[:16]
 
     @cached_property
     def frames(self) -> int:
         """Of all clips together."""
-        return sum(clip.frames for mine in self.clips.values() for clip in mine)
+        return sum(clip.frames for clips in self.clips.values() for clip in clips)
 
     def draw(
         self,
@@ -124,7 +124,7 @@ class TrainingData:
         hop: int = 1,
         left_out: LeftOut | None = None,
     ) -> WindowBatch:
-        """One window per character asked for, each start of each of its clips as likely as any other.
+        """One window per character, each start of each of its clips as likely as any other.
 
         hop: windows begin at multiples of it; left_out: but at these. Arrays of characters that differ in
         shape (in joints) are followed by zeros. Single frames are not augmented.
@@ -193,10 +193,10 @@ class TrainingData:
             if left_out is not None:
                 without = [left_out(*each) for each in zip(self.clips[name], starts, strict=True)]
                 starts = [
-                    [start for start in mine if start not in odd]
-                    for mine, odd in zip(starts, without, strict=True)
+                    [start for start in firsts if start not in odd]
+                    for firsts, odd in zip(starts, without, strict=True)
                 ]
-            self._counted[key] = starts, np.cumsum([len(mine) for mine in starts])
+            self._counted[key] = starts, np.cumsum([len(firsts) for firsts in starts])
         return self._counted[key]
 
 
@@ -213,52 +213,52 @@ def gather(
     Raises NotSupported where nothing is left to train on or a clip cannot be had.
     """
     listed = training_clips(dataset(data))
-    asked: Any = bound.method(trainee).built
-    cast = {name: clips for mine in listed.values() for name, clips in mine.items()}
+    method: Any = bound.method(trainee).built
+    cast = {name: clips for characters in listed.values() for name, clips in characters.items()}
     bodies = _bodies(dataset(data), cast)
-    unfit = {name: why for name, body in bodies.items() if (why := asked.unfit(body))}
+    unfit = {name: why for name, body in bodies.items() if (why := method.unfit(body))}
     unfit |= dict.fromkeys(sorted(set(cast) - set(bodies)), "none of its clips can be used")
     fit = [name for name in bodies if name not in unfit]
     augmented = augmentation is not None
     common = {"dataset": data, "method": trainee, "fps": fps, "augmented": augmented}
     with scratch() as folder:
-        found = by_character(clips_of, fit, {**common, "folder": folder}, jobs, progress)
-        kept = {name: stored.read() for name, (stored, *_) in found.items() if stored.clips}
-    if not kept:
+        results = by_character(clips_of, fit, {**common, "folder": folder}, jobs, progress)
+        included = {name: stored.read() for name, (stored, *_) in results.items() if stored.clips}
+    if not included:
         why = f": {next(iter(unfit.values()))}" if unfit else ""
         raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
     notes = _unfit(unfit)
     notes += optional.training_notes(dataset(data))
-    for name, (_, number, _) in found.items():
+    for name, (_, number, _) in results.items():
         if number:
             clips = f"{number} clip{'s' * (number > 1)}"
             notes.append(f"not trained on {clips} of {name}, in which the body is another one")
-    notes += _unusable({name: unusable for name, (*_, unusable) in found.items() if unusable})
-    augmenter = None if augmentation is None else Augmenter(augmentation, fps, asked.prepare)
-    return TrainingData({name: bodies[name] for name in kept}, kept, tuple(notes), augmenter)
+    notes += _unusable({name: unusable for name, (*_, unusable) in results.items() if unusable})
+    augmenter = None if augmentation is None else Augmenter(augmentation, fps, method.prepare)
+    return TrainingData({name: bodies[name] for name in included}, included, tuple(notes), augmenter)
 
 
 _FEW = 5
 """Characters that are left out, or have unusable clips, up to which each has a note of its own."""
 
 
-def _unfit(found: Mapping[str, str]) -> list[str]:
+def _unfit(reasons: Mapping[str, str]) -> list[str]:
     """Sentences on characters that a method cannot be trained on, with the reason for each."""
-    each = [f"{name}: {why}" for name, why in found.items()]
+    each = [f"{name}: {why}" for name, why in reasons.items()]
     if len(each) <= _FEW:
         return [f"not trained on {one}" for one in each]
     return [f"not trained on {len(each)} characters: {some(each, 3)}"]
 
 
-def _unusable(found: Mapping[str, Sequence[str]]) -> list[str]:
+def _unusable(unusable: Mapping[str, Sequence[str]]) -> list[str]:
     """Sentences on clips that cannot be used, by character."""
-    if len(found) <= _FEW:
+    if len(unusable) <= _FEW:
         return [
             f"not trained on {len(clips)} clip{'s' * (len(clips) > 1)} of {name}: {some(clips, 10)}"
-            for name, clips in found.items()
+            for name, clips in unusable.items()
         ]
-    every = [clip for clips in found.values() for clip in clips]
-    return [f"not trained on {len(every)} clips of {len(found)} characters: {some(every, 10)}"]
+    every = [clip for clips in unusable.values() for clip in clips]
+    return [f"not trained on {len(every)} clips of {len(unusable)} characters: {some(every, 10)}"]
 
 
 _Shapes = Mapping[str, tuple[int, ...]]
@@ -294,18 +294,18 @@ class StoredClips:
         file is mapped once, since a process may only have so many open."""
         if not self.clips:
             return []
-        whole = np.asarray(np.memmap(self.file, np.float32, mode="r"))
-        found, first = [], 0
+        values = np.asarray(np.memmap(self.file, np.float32, mode="r"))
+        clips, first = [], 0
         for character, name, frames, *kinds in self.clips:
             parts: list[dict[str, np.ndarray]] = []
             for shapes in kinds:
                 parts.append({})
                 for key, shape in shapes.items():
                     size = frames * math.prod(shape)
-                    parts[-1][key] = whole[first : first + size].reshape(frames, *shape)
+                    parts[-1][key] = values[first : first + size].reshape(frames, *shape)
                     first += size
-            found.append(ClipArrays(character, name, *parts))
-        return found
+            clips.append(ClipArrays(character, name, *parts))
+        return clips
 
 
 @contextmanager
@@ -325,10 +325,10 @@ def clips_of(job: Mapping[str, Any]) -> tuple[StoredClips, int, list[str]]:
     """The clips of one character as arrays in files, the number of those left out since their body is
     another one, and those that cannot be used, each with the reason; what a worker process does."""
     registry.know_files(job["plugins"])
-    name, asked, data = job["character"], bound.method(job["method"]).built, dataset(job["dataset"])
-    (clips,) = (mine[name] for mine in training_clips(data).values() if name in mine)
+    name, method, data = job["character"], bound.method(job["method"]).built, dataset(job["dataset"])
+    (clips,) = (characters[name] for characters in training_clips(data).values() if name in characters)
     body = _bodies(data, {name: clips})[name]
-    found: list[ClipArrays] = []
+    usable: list[ClipArrays] = []
     others, unusable = 0, []
     for number in range(len(clips)):
         try:
@@ -339,11 +339,11 @@ def clips_of(job: Mapping[str, Any]) -> tuple[StoredClips, int, list[str]]:
         if not _alike(body, motion.character):
             others += 1
         elif motion.frames > 1:
-            arrays = asked.prepare(motion)  # type: ignore[attr-defined]
+            arrays = method.prepare(motion)  # type: ignore[attr-defined]
             arrays = {key: np.asarray(array, np.float32) for key, array in arrays.items()}
             source = _source(motion) if job["augmented"] else {}
-            found.append(ClipArrays(name, clips.names[number], arrays, source))
-    return StoredClips.write(job["folder"] / slug(name), found), others, unusable
+            usable.append(ClipArrays(name, clips.names[number], arrays, source))
+    return StoredClips.write(job["folder"] / slug(name), usable), others, unusable
 
 
 def _source(motion: Motion) -> Arrays:
@@ -356,18 +356,21 @@ def _alike(body: Character, other: Character) -> bool:
     """The same joints, and bones of the same lengths to a thousandth of the height."""
     if body is other:
         return True
-    ours, theirs = body.skeleton, other.skeleton
-    if ours.names != theirs.names or ours.parents.tolist() != theirs.parents.tolist():
+    skeleton, other_skeleton = body.skeleton, other.skeleton
+    if (
+        skeleton.names != other_skeleton.names
+        or skeleton.parents.tolist() != other_skeleton.parents.tolist()
+    ):
         return False
-    lengths = (np.linalg.norm(each.offsets[1:], axis=-1) for each in (ours, theirs))
+    lengths = (np.linalg.norm(each.offsets[1:], axis=-1) for each in (skeleton, other_skeleton))
     return bool(np.abs(np.subtract(*lengths)).max(initial=0.0) <= 1e-3 * body.height)
 
 
 def _bodies(data: Dataset, cast: Mapping[str, Any]) -> dict[str, Character]:
     """The characters themselves; one that no case shows is known by its first usable clip, or left out."""
-    known = data.characters()
-    found = {name: known[name] if name in known else _body(cast[name]) for name in sorted(cast)}
-    return {name: body for name, body in found.items() if body is not None}
+    shown = data.characters()
+    bodies = {name: shown[name] if name in shown else _body(cast[name]) for name in sorted(cast)}
+    return {name: body for name, body in bodies.items() if body is not None}
 
 
 def _body(clips: TrainingClips) -> Character | None:

@@ -20,7 +20,7 @@ from retarget_bench.training.clips import training_clips
 # -------------------------------------------------------------------------------------------- as specs
 def joint_spec(datasets: Sequence[Spec]) -> Spec:
     """One spec for all of them, in their order."""
-    first, *others = [each for given in datasets for each in split_spec(given)]
+    first, *others = [each for spec in datasets for each in split_spec(spec)]
     return Spec(first.name, first.parameters, tuple(others))
 
 
@@ -30,17 +30,18 @@ def split_spec(spec: Spec) -> tuple[Spec, ...]:
 
 
 def canonical(spec: Spec) -> Spec:
-    """As ``registry.canonical`` gives one data set. Raises BenchError, also where two are the same."""
-    found = [registry.canonical("datasets", each) for each in split_spec(spec)]
-    for number, each in enumerate(found):
-        for other in found[:number]:
+    """The canonical spec, as ``registry.canonical`` gives it of one data set. Raises BenchError, also
+    where two are the same."""
+    specs = [registry.canonical("datasets", each) for each in split_spec(spec)]
+    for number, each in enumerate(specs):
+        for other in specs[:number]:
             if each == other:
                 raise BenchError(f"{each} is given twice; name every data set once")
             if each.name == other.name and (place := _place(each)) and place == _place(other):
                 raise BenchError(
                     f"{other} and {each} are of the same files; one could train on what the other tests"
                 )
-    return joint_spec(found)
+    return joint_spec(specs)
 
 
 def dataset(spec: Spec) -> Dataset:
@@ -64,8 +65,8 @@ def tested(spec: Spec) -> Spec | None:
 
 def _place(spec: Spec) -> dict[str, str]:
     """Places of its files: location parameter -> absolute path, of those that are given."""
-    given = {name: spec.parameters.get(name) for name in bound.dataset(Spec(spec.name)).locations}
-    return {name: str(Path(str(at)).expanduser().resolve()) for name, at in given.items() if at}
+    locations = {name: spec.parameters.get(name) for name in bound.dataset(Spec(spec.name)).locations}
+    return {name: str(Path(str(at)).expanduser().resolve()) for name, at in locations.items() if at}
 
 
 # ---------------------------------------------------------------------------------------- as a data set
@@ -84,9 +85,9 @@ class JointDataset:
     ``name-2`` here, a case likewise; manifests keep the names that the data sets themselves give.
     """
 
-    def __init__(self, given: Sequence[Dataset]) -> None:
-        self._given = tuple(given)
-        cards = [data.card for data in given]
+    def __init__(self, datasets: Sequence[Dataset]) -> None:
+        self._datasets = tuple(datasets)
+        cards = [data.card for data in datasets]
         splits = {name: meaning for card in cards for name, meaning in card.splits.items()}
         self.card = DatasetCard(
             name="+".join(card.name for card in cards),
@@ -99,20 +100,20 @@ class JointDataset:
 
     @property
     def content(self) -> str:
-        return " + ".join(data.content for data in self._given)
+        return " + ".join(data.content for data in self._datasets)
 
     @property
     def label(self) -> str:
-        return " + ".join(data.label.strip() for data in self._given)
+        return " + ".join(data.label.strip() for data in self._datasets)
 
     @property
     def notes(self) -> Sequence[str]:
-        return tuple(f"{data.label.strip()}: {note}" for data in self._given for note in data.notes)
+        return tuple(f"{data.label.strip()}: {note}" for data in self._datasets for note in data.notes)
 
     @cached_property
     def members(self) -> tuple[Member, ...]:
-        taken: set[str] = set()
-        return tuple(Member(data, _renamed(_names(data), taken)) for data in self._given)
+        used: set[str] = set()
+        return tuple(Member(data, _renamed(_names(data), used)) for data in self._datasets)
 
     def characters(self) -> Mapping[str, Character]:
         return {
@@ -136,60 +137,60 @@ class JointDataset:
     # ------------------------------------------------------------------------------- to train on
     def training(self) -> Mapping[str, Mapping[str, TrainingClips]]:
         """Structure -> character -> its clips. Raises NotSupported where a data set has none."""
-        found: dict[str, dict[str, TrainingClips]] = {}
+        cast: dict[str, dict[str, TrainingClips]] = {}
         for member in self.members:
-            for structure, mine in training_clips(member.data).items():
-                found.setdefault(structure, {}).update(
-                    {member.names[name]: clips for name, clips in mine.items()}
+            for structure, characters in training_clips(member.data).items():
+                cast.setdefault(structure, {}).update(
+                    {member.names[name]: clips for name, clips in characters.items()}
                 )
-        return found
+        return cast
 
     def validation(self) -> JointDataset | None:
         """The cases of those that have a validation part; None where none has."""
-        found = [part for data in self._given if (part := optional.validation(data)) is not None]
-        return JointDataset(found) if found else None
+        parts = [part for data in self._datasets if (part := optional.validation(data)) is not None]
+        return JointDataset(parts) if parts else None
 
     @property
     def training_notes(self) -> Sequence[str]:
         """Sentences on what training leaves out, and on data sets without validation beside others."""
-        told = [
+        notes = [
             f"{data.label.strip()}: {note}"
-            for data in self._given
+            for data in self._datasets
             for note in optional.training_notes(data)
         ]
-        unparted = [data.label.strip() for data in self._given if optional.validation(data) is None]
-        if 0 < len(unparted) < len(self._given):
-            told.append(f"no part of {' and of '.join(unparted)} validates: other data chose the weights")
-        return tuple(told)
+        unparted = [data.label.strip() for data in self._datasets if optional.validation(data) is None]
+        if 0 < len(unparted) < len(self._datasets):
+            notes.append(f"no part of {' and of '.join(unparted)} validates: other data chose the weights")
+        return tuple(notes)
 
     @cached_property
     def _listed(self) -> Mapping[str, tuple[CaseInfo, Dataset, CaseInfo]]:
         """Id here -> the case as it is known here, whose it is, and as it is known there."""
-        found: dict[str, tuple[CaseInfo, Dataset, CaseInfo]] = {}
+        cases: dict[str, tuple[CaseInfo, Dataset, CaseInfo]] = {}
         for member in self.members:
             data, names = member.data, member.names
             for own in (each for split in data.card.splits for each in data.cases(RETARGET, split)):
                 source, target = names[own.source], names[own.target]
-                here = replace(own, id=free_name(own.id, found), source=source, target=target)
-                found[here.id] = here, data, own
-        return found
+                here = replace(own, id=free_name(own.id, cases), source=source, target=target)
+                cases[here.id] = here, data, own
+        return cases
 
 
 def _names(data: Dataset) -> list[str]:
-    """Of all characters that a data set tests and trains on."""
+    """Names of all characters that a data set tests and trains on."""
     moving = optional.training(data)
-    return sorted({*data.characters(), *(name for mine in moving.values() for name in mine)})
+    return sorted({*data.characters(), *(name for characters in moving.values() for name in characters)})
 
 
-def _renamed(names: Sequence[str], taken: set[str]) -> Mapping[str, str]:
-    """Names -> names that are not taken; these are then taken."""
-    found = {name: name for name in names if name not in taken}
-    taken.update(names)
+def _renamed(names: Sequence[str], used: set[str]) -> Mapping[str, str]:
+    """Names -> names that are not in ``used`` yet; these are added to it."""
+    renamed = {name: name for name in names if name not in used}
+    used.update(names)
     for name in names:
-        if name not in found:
-            found[name] = free_name(name, taken)
-            taken.add(found[name])
-    return found
+        if name not in renamed:
+            renamed[name] = free_name(name, used)
+            used.add(renamed[name])
+    return renamed
 
 
 def _called(body: Character, name: str) -> Character:

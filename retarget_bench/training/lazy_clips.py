@@ -17,7 +17,7 @@ class LazyClips(Sequence[Motion], ABC, Generic[Listed]):
         self.listed = tuple(listed)
 
     @abstractmethod
-    def made(self, each: Listed) -> Motion:
+    def motion(self, each: Listed) -> Motion:
         """The motion itself."""
 
     def __len__(self) -> int:
@@ -32,10 +32,10 @@ class LazyClips(Sequence[Motion], ABC, Generic[Listed]):
             part = copy(self)
             part.listed = self.listed[index]
             return part
-        return self.made(self.listed[index])
+        return self.motion(self.listed[index])
 
     def __iter__(self) -> Iterator[Motion]:
-        return (self.made(each) for each in self.listed)
+        return (self.motion(each) for each in self.listed)
 
 
 class NamedClips(LazyClips[str]):
@@ -49,7 +49,7 @@ class NamedClips(LazyClips[str]):
     def names(self) -> tuple[str, ...]:
         return self.listed
 
-    def made(self, each: str) -> Motion:
+    def motion(self, each: str) -> Motion:
         return self._read(each)
 
 
@@ -59,9 +59,9 @@ Cast = Mapping[str, Mapping[str, NamedClips]]
 
 def manifest(cast: Cast, aside: Iterable[str]) -> Mapping[str, Sequence[str]]:
     """Characters, structures and clips of ``cast`` and of validation (``aside``): what weights carry."""
-    clips = {clip for mine in cast.values() for each in mine.values() for clip in each.names}
+    clips = {clip for characters in cast.values() for each in characters.values() for clip in each.names}
     return {
-        "characters": sorted(name for mine in cast.values() for name in mine),
+        "characters": sorted(name for characters in cast.values() for name in characters),
         "structures": sorted(cast),
         "clips": sorted({*clips, *aside}),
     }

@@ -64,7 +64,7 @@ class LearnedMethod:
 
     @property
     def weights_hash(self) -> str:
-        """The hash by which results know the weights; "" where there are none.
+        """The hash of the weights in results; "" where there are none.
 
         Raises FileError where the tensors are not those that the card describes: results of others would
         be shown as theirs.
@@ -83,9 +83,9 @@ class LearnedMethod:
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
-        """Training data of the weights; None where there are none, or where they do not say."""
-        found: Mapping[str, Sequence[str]] | None = (self._card or {}).get("training_manifest")
-        return found
+        """Training data of the weights; None where there are none, or no manifest."""
+        manifest: Mapping[str, Sequence[str]] | None = (self._card or {}).get("training_manifest")
+        return manifest
 
     @property
     def training_share(self) -> float | None:
@@ -97,10 +97,10 @@ class LearnedMethod:
         paper = getattr(self, "presets", {}).get("paper")
         card = self._card or {}
         recipe = card.get("recipe", {})
-        seen = card.get("steps", 0) * recipe.get("batch", 0) * recipe.get("window", 0)
-        if paper is None or card.get("init") or not seen:
+        frames = card.get("steps", 0) * recipe.get("batch", 0) * recipe.get("window", 0)
+        if paper is None or card.get("init") or not frames:
             return None
-        return float(seen / (paper.steps * paper.batch * paper.window))
+        return float(frames / (paper.steps * paper.batch * paper.window))
 
     @property
     def untrained(self) -> str:
@@ -108,8 +108,8 @@ class LearnedMethod:
         if "tensors" in self.__dict__ or self._card:
             return ""
         name, others = self.card.name, ", ".join(self.shipped())
-        known = f"there are {others}" if others else f"bench train {name} -d puppets makes some"
-        return f"{name} has no shipped weights of the name {self.weights!r}; {known}"
+        hint = f"there are {others}" if others else f"bench train {name} -d puppets makes some"
+        return f"{name} has no shipped weights of the name {self.weights!r}; {hint}"
 
     @property
     def usual_weights(self) -> str:
@@ -120,8 +120,8 @@ class LearnedMethod:
     def shipped(cls) -> dict[str, Path]:
         """Name -> card of the weights that lie beside the method's module."""
         module = getattr(sys.modules.get(cls.__module__), "__file__", None)
-        found = sorted((Path(module).parent / "weights").glob("*.json")) if module else []
-        return {path.stem: path for path in found}
+        cards = sorted((Path(module).parent / "weights").glob("*.json")) if module else []
+        return {path.stem: path for path in cards}
 
     @classmethod
     def card_of(cls, weights: str) -> Mapping[str, Any]:
@@ -164,9 +164,9 @@ class LearnedMethod:
     @cached_property
     def _at(self) -> Path | None:
         """The card; None where there is none under the default name."""
-        mine = self.shipped()
-        if self.weights in mine:
-            return mine[self.weights]
+        shipped = self.shipped()
+        if self.weights in shipped:
+            return shipped[self.weights]
         if self.weights == self.usual_weights:
             return None
         path = Path(self.weights).expanduser()
@@ -174,7 +174,8 @@ class LearnedMethod:
             return bundles.locate(path)
         raise BenchError(
             f"{self.card.name} has no shipped weights of the name {self.weights!r}; "
-            f"{'there are ' + ', '.join(mine) if mine else 'there are none'}, and a path leads to others"
+            f"{'there are ' + ', '.join(shipped) if shipped else 'there are none'}, and a path leads to "
+            "others"
         )
 
     @cached_property

@@ -83,8 +83,8 @@ def read(folder: Path) -> list[dict[str, str]]:
     path = folder / NAME
     try:
         text = path.read_text(encoding="utf-8")
-        whole = text[: text.rfind("\n") + 1]
-        rows = [dict(row) for row in csv.DictReader(io.StringIO(whole), strict=True)]
+        complete = text[: text.rfind("\n") + 1]
+        rows = [dict(row) for row in csv.DictReader(io.StringIO(complete), strict=True)]
         for row in rows:
             if missing := set(FIXED) - set(row):
                 raise ValueError(f"it has no {', '.join(sorted(missing))}")
@@ -122,8 +122,8 @@ def draw(folder: Path, title: str) -> None:
         splits = list(dict.fromkeys(name.split(" ")[0] for name in validation))
         for name, (steps, values) in validation.items():
             split, _, value = name.partition(" ")
-            look = {"color": f"C{splits.index(split)}", "linestyle": "-" if value == DECISIVE else ":"}
-            panels[-1].plot(steps, values, label=name, marker=".", linewidth=1.2, **look)
+            style = {"color": f"C{splits.index(split)}", "linestyle": "-" if value == DECISIVE else ":"}
+            panels[-1].plot(steps, values, label=name, marker=".", linewidth=1.2, **style)
         if validation:
             panels[-1].set(ylabel="validation error, % of height")
             panels[-1].set_ylim(bottom=0)
@@ -139,11 +139,11 @@ def losses(folder: Path, points: int) -> list[dict[str, float]]:
     """The loss terms of a log as so many points at most, each the mean of the rows since the one before."""
     series = _losses(read(folder), points)
     steps = sorted({int(step) for each, _ in series.values() for step in each})
-    found: dict[int, dict[str, float]] = {step: {"step": step} for step in steps}
+    terms: dict[int, dict[str, float]] = {step: {"step": step} for step in steps}
     for name, (each, values) in series.items():
         for step, value in zip(each, values, strict=True):
-            found[int(step)][name] = float(f"{value:.5g}")
-    return list(found.values())
+            terms[int(step)][name] = float(f"{value:.5g}")
+    return list(terms.values())
 
 
 def _losses(rows: Sequence[dict[str, str]], points: int = SMOOTHED) -> dict[str, Series]:
@@ -164,8 +164,8 @@ def _validation(rows: Sequence[dict[str, str]]) -> dict[str, Series]:
 
 def _filled(rows: Sequence[dict[str, str]], name: str) -> Series:
     """The rows in which a column has a value."""
-    kept = [(float(row["step"]), float(row[name])) for row in rows if row[name]]
-    both = np.array(kept, dtype=np.float64).reshape(-1, 2)
+    points = [(float(row["step"]), float(row[name])) for row in rows if row[name]]
+    both = np.array(points, dtype=np.float64).reshape(-1, 2)
     return both[:, 0], both[:, 1]
 
 

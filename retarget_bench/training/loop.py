@@ -127,7 +127,8 @@ class Loop:
         return nullcontext() if self._average is None else self._average.in_place()
 
     def _share(self) -> float:
-        """Of the budget; by the first process's clock where several train together."""
+        """The share of the budget that is used; by the first process's clock where several train
+        together."""
         share = self.budget.used(self._step, self._seconds)
         return parallel.first(lambda: share) if self.budget.seconds else share
 
@@ -199,8 +200,8 @@ class Loop:
             if not measured:
                 raise BenchError(f"step {step}: no phase gave a loss, so there is nothing to train")
             values = parallel.mean(torch.stack(list(measured.values()))).tolist()
-            found = dict(zip(measured, values, strict=True))
-            for name, value in found.items():
+            terms = dict(zip(measured, values, strict=True))
+            for name, value in terms.items():
                 if not math.isfinite(value):
                     phase, _, term = name.partition(".")
                     what = "the gradient" if term == "norm" else f"the loss term {term}"
@@ -212,7 +213,7 @@ class Loop:
                         "--seed"
                     )
             if self._log is not None:
-                self._log.add(found)
+                self._log.add(terms)
         self._pending = []
 
     # -------------------------------------------------------------------------- checkpoints
@@ -241,8 +242,8 @@ class Loop:
         """Raises BenchError where the checkpoint is of another network."""
 
         def part(head: str) -> dict[str, Tensor]:
-            found = start.state.items()
-            return {key.removeprefix(head): each for key, each in found if key.startswith(head)}
+            items = start.state.items()
+            return {key.removeprefix(head): each for key, each in items if key.startswith(head)}
 
         try:
             self.module.modules.load_state_dict(part("modules/"))

@@ -43,15 +43,15 @@ def gather_pairs(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Pro
     clips: dict[str, list[ClipArrays]] = {}
     characters: dict[str, Character] = {}
     with scratch() as folder:
-        found: dict[int, tuple[StoredClips, dict[str, Character]]] = {}
+        results: dict[int, tuple[StoredClips, dict[str, Character]]] = {}
         progress(0, len(payloads))
         numbered = [{**each, "file": folder / str(number)} for number, each in enumerate(payloads)]
-        for done in carried_out(performances, numbered, jobs):
-            if done.error:
-                raise NotSupported(f"{data}: its training pairs cannot be had: {done.error}")
-            found[done.number] = done.result
-            progress(len(found), len(payloads))
-        for _, (stored, bodies) in sorted(found.items()):
+        for outcome in carried_out(performances, numbered, jobs):
+            if outcome.error:
+                raise NotSupported(f"{data}: its training pairs cannot be had: {outcome.error}")
+            results[outcome.number] = outcome.result
+            progress(len(results), len(payloads))
+        for _, (stored, bodies) in sorted(results.items()):
             characters |= bodies
             for clip in stored.read():
                 clips.setdefault(clip.character, []).append(clip)
@@ -61,18 +61,18 @@ def gather_pairs(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Pro
 def performances(job: Mapping[str, Any]) -> tuple[StoredClips, dict[str, Character]]:
     """Some performances as arrays in a file, and their characters: a worker's job."""
     registry.know_files(job["plugins"])
-    asked: Any = bound.method(job["method"]).built
+    method: Any = bound.method(job["method"]).built
     pairs = optional.training_pairs(dataset(job["dataset"]))
     assert pairs is not None
     suffix = f"-{job['part'] + 1}" if job["part"] else ""
-    found: dict[tuple[str, str], ClipArrays] = {}
+    clips: dict[tuple[str, str], ClipArrays] = {}
     characters: dict[str, Character] = {}
     for index in (first + number for first in job["groups"] for number in range(pairs.together)):
         pair = pairs[index]
         for motion in (pair.source.motion, pair.target.motion):
             name, clip = motion.character.name + suffix, pair.clip + suffix
-            if (name, clip) not in found and not asked.unfit(motion.character):
-                arrays = asked.prepare(motion.resample(job["fps"]))
-                found[name, clip] = ClipArrays(name, clip, arrays)
+            if (name, clip) not in clips and not method.unfit(motion.character):
+                arrays = method.prepare(motion.resample(job["fps"]))
+                clips[name, clip] = ClipArrays(name, clip, arrays)
                 characters.setdefault(name, motion.character)
-    return StoredClips.write(job["file"], list(found.values())), characters
+    return StoredClips.write(job["file"], list(clips.values())), characters

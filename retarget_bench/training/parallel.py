@@ -23,7 +23,7 @@ from retarget_bench.errors import BenchError
 T = TypeVar("T")
 
 PATIENCE = timedelta(hours=6)
-"""How long processes wait for one that makes data or validates; one that dies is noticed at once."""
+"""The time that processes wait for one that makes data or validates; a dead one is noticed at once."""
 
 
 def world() -> int:
@@ -32,7 +32,7 @@ def world() -> int:
 
 
 def rank() -> int:
-    """Which of them this is; the first, 0, alone writes."""
+    """The number of this process; only the first, 0, writes."""
     return int(os.environ.get("RANK", "0"))
 
 
@@ -54,14 +54,14 @@ def record(error: BenchError) -> None:
     call stack.
     """
     if path := os.environ.get("TORCHELASTIC_ERROR_FILE"):
-        told = {"message": f"bench: {error}", "extraInfo": {"timestamp": str(int(time.time()))}}
+        report = {"message": f"bench: {error}", "extraInfo": {"timestamp": str(int(time.time()))}}
         with suppress(OSError):  # the sentence is printed all the same
-            Path(path).write_text(json.dumps({"message": told}), encoding="utf-8")
+            Path(path).write_text(json.dumps({"message": report}), encoding="utf-8")
 
 
-def device(asked: str) -> torch.device:
+def device(name: str) -> torch.device:
     """``cpu``, ``cuda`` or ``auto`` as the device of this process. Raises BenchError."""
-    if asked == "cpu" or (asked == "auto" and not torch.cuda.is_available()):
+    if name == "cpu" or (name == "auto" and not torch.cuda.is_available()):
         return torch.device("cpu")
     if not torch.cuda.is_available():
         raise BenchError("torch finds no CUDA device here; train with --device cpu")
@@ -127,9 +127,9 @@ def in_turn(call: Callable[[], T]) -> T:
     """Called by the first process, then by the others: they find in caches what it has made."""
     if not _together():
         return call()
-    mine: list[T] = []
-    first(lambda: mine.append(call()))
-    return mine[0] if mine else call()
+    answers: list[T] = []
+    first(lambda: answers.append(call()))
+    return answers[0] if answers else call()
 
 
 def share_state(module: nn.Module, *, buffers_only: bool = False) -> None:
@@ -140,8 +140,10 @@ def share_state(module: nn.Module, *, buffers_only: bool = False) -> None:
     if not buffers_only:
         tensors += [parameter.data for parameter in module.parameters()]
     for tensor in tensors:
-        whole = tensor.contiguous()
+        contiguous = tensor.contiguous()
         # gloo sends no truth values
-        dist.broadcast(whole.view(torch.uint8) if whole.dtype == torch.bool else whole, src=0)
-        if whole is not tensor:
-            tensor.copy_(whole)
+        dist.broadcast(
+            contiguous.view(torch.uint8) if contiguous.dtype == torch.bool else contiguous, src=0
+        )
+        if contiguous is not tensor:
+            tensor.copy_(contiguous)

@@ -16,7 +16,7 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms, TrainingModule
 
 NORM = "norm"
-"""What the size of a phase's gradient is called beside its terms."""
+"""The name of the gradient's norm beside a phase's terms."""
 
 
 class OptimiserPhase:
@@ -26,19 +26,19 @@ class OptimiserPhase:
         self, module: TrainingModule, phase: Phase, config: TrainingConfig, device: torch.device
     ) -> None:
         self.name, self.phase = phase.name, phase
-        self.named = {
+        self.parameters = {
             f"{name}.{key}": parameter
             for name in phase.modules
             for key, parameter in module.modules[name].named_parameters()
             if parameter.requires_grad
         }
-        if not self.named:
+        if not self.parameters:
             raise BenchError(f"phase {phase.name} has no parameters to train: {', '.join(phase.modules)}")
         self._all = [each for each in module.modules.parameters() if each.requires_grad]
         self._device = device
         self._mixed = config.precision == "bfloat16"
         self.optimiser = torch.optim.Adam(
-            self.named.values(), lr=config.rate * phase.rate, betas=phase.betas, fused=True
+            self.parameters.values(), lr=config.rate * phase.rate, betas=phase.betas, fused=True
         )
         self._losses: nn.Module = _Losses(module, phase)
         if parallel.world() > 1:
@@ -53,16 +53,16 @@ class OptimiserPhase:
     def __call__(self, batch: Batch, memory: dict[str, Any], rate: float) -> dict[str, Tensor]:
         """Update the phase's modules once. ``phase.term`` -> its value, and the gradient's norm; empty
         where the training module leaves the phase out."""
-        mine = set(map(id, self.named.values()))
+        own = set(map(id, self.parameters.values()))
         for parameter in self._all:  # only this phase's take gradients
-            parameter.requires_grad_(id(parameter) in mine)
+            parameter.requires_grad_(id(parameter) in own)
         with torch.autocast(self._device.type, torch.bfloat16, enabled=self._mixed):
             terms = cast(Terms, self._losses(batch, memory))
         if not terms:
             return {}
         self.optimiser.zero_grad(set_to_none=True)
         torch.stack([term.float() for term in terms.values()]).sum().backward()  # type: ignore[no-untyped-call]
-        norm = nn.utils.clip_grad_norm_(self.named.values(), self.phase.clip or math.inf)
+        norm = nn.utils.clip_grad_norm_(self.parameters.values(), self.phase.clip or math.inf)
         for group in self.optimiser.param_groups:
             group["lr"] = rate * self.phase.rate
         self.optimiser.step()
@@ -72,22 +72,22 @@ class OptimiserPhase:
 
     def state(self) -> dict[str, Tensor]:
         """``parameter/entry`` -> what the optimiser keeps of it."""
-        kept = self.optimiser.state_dict()["state"]
+        state = self.optimiser.state_dict()["state"]
         return {
             f"{name}/{entry}": value
-            for number, name in enumerate(self.named)
-            for entry, value in kept.get(number, {}).items()
+            for number, name in enumerate(self.parameters)
+            for entry, value in state.get(number, {}).items()
         }
 
     def restore(self, state: Mapping[str, Tensor]) -> None:
         """Take over what ``state`` gave."""
-        numbers = {name: number for number, name in enumerate(self.named)}
-        kept: dict[int, dict[str, Tensor]] = {}
+        numbers = {name: number for number, name in enumerate(self.parameters)}
+        entries: dict[int, dict[str, Tensor]] = {}
         for key, value in state.items():
             name, _, entry = key.rpartition("/")
-            kept.setdefault(numbers[name], {})[entry] = value
+            entries.setdefault(numbers[name], {})[entry] = value
         groups = self.optimiser.state_dict()["param_groups"]
-        self.optimiser.load_state_dict({"state": kept, "param_groups": groups})
+        self.optimiser.load_state_dict({"state": entries, "param_groups": groups})
 
 
 class _Losses(nn.Module):

@@ -21,7 +21,7 @@ def prepare(data: Spec, jobs: int, unusable: list[str]) -> Iterator[tuple[int, i
     command that was interrupted goes on. Raises NotSupported where something cannot be made.
     """
     built = bound.dataset(data).built
-    names = [name for mine in optional.training(built).values() for name in mine]
+    names = [name for characters in optional.training(built).values() for name in characters]
     pairs = optional.training_pairs(built)
     groups = range(0, len(pairs), pairs.together) if pairs is not None else range(0)
     common = {"dataset": data, "plugins": registry.files()}
@@ -51,7 +51,9 @@ def make(job: Mapping[str, Any]) -> list[str]:
             pairs[index]
         return []
     (clips,) = (
-        mine[job["character"]] for mine in optional.training(data).values() if job["character"] in mine
+        characters[job["character"]]
+        for characters in optional.training(data).values()
+        if job["character"] in characters
     )
     unusable = []
     for number in range(len(clips)):

@@ -119,14 +119,14 @@ def read(folder: Path) -> Request | None:
         raise FileError(path, f"does not describe a training run ({error})") from error
 
 
-def contradicted(kept: Request, asked: Mapping[str, object]) -> None:
-    """Raises BenchError where an option that was given (is not None) says other than the run began with."""
-    for name, value in asked.items():
-        before = getattr(kept, name)
+def contradicted(earlier: Request, options: Mapping[str, object]) -> None:
+    """Raises BenchError where an option that was given (is not None) differs from the run's."""
+    for name, value in options.items():
+        before = getattr(earlier, name)
         if value is not None and value != before:
-            said = f"{name} {before}" if before != "" else f"no {name}"
+            begun = f"{name} {before}" if before != "" else f"no {name}"
             raise BenchError(
-                f"this run began with {said}, not {value}; leave the option out to go on with it, or give "
+                f"this run began with {begun}, not {value}; leave the option out to go on with it, or give "
                 "another --out to begin another run"
             )
 

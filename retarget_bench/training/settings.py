@@ -9,7 +9,7 @@ from retarget_bench.options import Parallel, option
 
 
 class TrainingSettings(Parallel):
-    """How a method is trained."""
+    """Settings of a method's training."""
 
     preset: str | None = option(
         "Training config: paper, default or quick.", default=None, shown="default", metavar="NAME"

@@ -67,14 +67,14 @@ class StoredPairs(Sequence[TrainingPair], ABC):
     def _pair(self, index: int) -> TrainingPair:
         number, place = divmod(index, self.together)
         for later in range(self._performances):
-            found = self._performance((number + later) % self._performances)
-            able = found.able
+            performance = self._performance((number + later) % self._performances)
+            able = performance.able
             if len(able) > 1:
                 first, second = divmod(place, self._troupe - 1)
                 source = first % len(able)
                 target = (source + 1 + second % (len(able) - 1)) % len(able)
-                both = found.of(able[source]), found.of(able[target])
-                return TrainingPair(found.clip, found.kind, *both, exact=found.exact)
+                both = performance.of(able[source]), performance.of(able[target])
+                return TrainingPair(performance.clip, performance.kind, *both, exact=performance.exact)
         raise IndexError("no performance is done by two bodies")
 
 
@@ -94,7 +94,7 @@ def stored(path: Path, make: Callable[[], tuple[Tensors, Facts]]) -> Any:
 
 
 def _name(path: Path) -> str:
-    """What the file is of, wherever the cache lies."""
+    """The content of the file, wherever the cache lies."""
     return f"{path.parent.name}/{path.name}"
 
 
@@ -130,5 +130,5 @@ def _write(path: Path, tensors: Mapping[str, np.ndarray], facts: Facts) -> None:
 
 def unit(rotations: np.ndarray) -> np.ndarray:
     """Quaternions that were kept in single precision, of length one in double precision."""
-    found = np.asarray(rotations, dtype=np.float64)
-    return np.asarray(found / np.sqrt((found * found).sum(axis=-1, keepdims=True)))
+    values = np.asarray(rotations, dtype=np.float64)
+    return np.asarray(values / np.sqrt((values * values).sum(axis=-1, keepdims=True)))

@@ -44,34 +44,34 @@ def write(path: Path, arrays: Arrays, card: Mapping[str, Any], schema: int) -> d
     from safetensors.numpy import save
 
     file, facts = pair(path)
-    whole = {"schema": schema, "hash": arrays_hash(arrays), **card}
-    text = json.dumps(whole, indent=1, ensure_ascii=False) + "\n"
+    full_card = {"schema": schema, "hash": arrays_hash(arrays), **card}
+    text = json.dumps(full_card, indent=1, ensure_ascii=False) + "\n"
     # both are complete before either is renamed; the inner one, the arrays, is renamed first
     with atomic(facts) as new_facts, atomic(file) as new_file:
         # not save_file, which makes files that nobody else may read
         new_file.write_bytes(save({name: np.asarray(each, order="C") for name, each in arrays.items()}))
         new_facts.write_text(text, encoding="utf-8", newline="\n")
-    return whole
+    return full_card
 
 
 def read_card(path: Path, schema: int, needed: tuple[str, ...], what: str) -> dict[str, Any]:
-    """A card; ``what`` says whose it should be (``a feature network``), ``needed`` what it must tell.
+    """A card; ``what``: whose it should be (``a feature network``), ``needed``: required entries.
 
     Raises FileError where it is none, or from a newer version.
     """
     _, facts = pair(path)
     try:
         card = read_json(facts, LARGEST_CARD)
-        found = card["schema"]
+        version = card["schema"]
         missing = [key for key in ("hash", *needed) if key not in card]
     except FileError as error:
         raise FileError(facts, f"is not the card of {what}: it {error.problem}") from error
     except (KeyError, TypeError) as error:
         raise FileError(facts, f"is not the card of {what} ({error})") from error
-    if not isinstance(found, int) or found > schema:
-        raise FileError(facts, f"has schema {found}; this version reads up to {schema}")
+    if not isinstance(version, int) or version > schema:
+        raise FileError(facts, f"has schema {version}; this version reads up to {schema}")
     if missing:
-        raise FileError(facts, f"is not the card of {what} (it does not tell {', '.join(missing)})")
+        raise FileError(facts, f"is not the card of {what} (it lacks {', '.join(missing)})")
     return dict(card)
 
 

@@ -34,7 +34,7 @@ DRAWN = 120.0
 
 
 class TrainingOptions(TrainingSettings):
-    """What is trained, and how. dataset: one, or several (``joint_datasets.py``). None: not given."""
+    """Options of a training. dataset: one, or several (``joint_datasets.py``). None: not given."""
 
     method: Spec | None = field(kw_only=False)
     dataset: Spec | None = field(kw_only=False)
@@ -47,33 +47,33 @@ class ProgressReporter(Protocol):
     def say(self, text: str) -> None: ...
     def gathering(self, done: int, total: int) -> None: ...
     def loading(self, done: int, total: int) -> None: ...
-    def began(self, asked: Request, at: Checkpoint) -> None: ...
+    def began(self, run: Request, at: Checkpoint) -> None: ...
     def show(self, status: TrainingStatus) -> None: ...
 
 
 @dataclass(frozen=True)
 class TrainingResult:
-    """folder: with the weights. at: the last checkpoint. asked: what was trained."""
+    """folder: with the weights. at: the last checkpoint. run: the run that was trained."""
 
     folder: Path
     at: Checkpoint
-    asked: Request
+    run: Request
 
 
-def train(asked: TrainingOptions, reporter: ProgressReporter) -> TrainingResult:
+def train(options: TrainingOptions, reporter: ProgressReporter) -> TrainingResult:
     """Train a method, or go on with it. Raises BenchError for whatever stands in the way."""
-    device = parallel.device(asked.device)
+    device = parallel.device(options.device)
     set_deterministic(device)
     parallel.join(device)
     try:
         with ExitStack() as held:  # in the first process the lock of the folder
 
             def begun() -> tuple[Path, Request]:
-                held.enter_context(request.locked(folder_of(asked)))
-                return _settled(asked)
+                held.enter_context(request.locked(folder_of(options)))
+                return _settled(options)
 
-            folder, wanted = parallel.first(begun)
-            return _train(folder, wanted, asked, reporter, device)
+            folder, run = parallel.first(begun)
+            return _train(folder, run, options, reporter, device)
     except torch.cuda.OutOfMemoryError as error:
         raise BenchError(
             f"{device} has not enough memory for this batch; spread it over more processes, or give the "
@@ -83,42 +83,40 @@ def train(asked: TrainingOptions, reporter: ProgressReporter) -> TrainingResult:
         parallel.leave()
 
 
-def finished(asked: TrainingOptions) -> bool:
-    """True if the run that is asked to go on has used up its budget and its weights are there.
+def finished(options: TrainingOptions) -> bool:
+    """True if the run that is to go on has used up its budget and its weights are there.
 
-    Raises BenchError where its folder holds another run than the one that is asked for.
+    Raises BenchError where its folder holds another run than the options name.
     """
-    if asked.out is None or request.read(asked.out) is None:
+    if options.out is None or request.read(options.out) is None:
         return False
-    folder, wanted = _settled(asked)
+    folder, run = _settled(options)
     at = checkpoint.read(folder)
-    ended = at is not None and wanted.limit.used(at.step, at.seconds) >= 1.0
+    ended = at is not None and run.limit.used(at.step, at.seconds) >= 1.0
     return ended and (folder / f"{weights.BEST}.json").exists()
 
 
 def _train(
-    folder: Path, wanted: Request, asked: TrainingOptions, reporter: ProgressReporter, device: torch.device
+    folder: Path, run: Request, options: TrainingOptions, reporter: ProgressReporter, device: torch.device
 ) -> TrainingResult:
-    spec, data_spec = Spec.parse(wanted.method), Spec.parse(wanted.dataset)
-    data, config = joint_datasets.dataset(data_spec), wanted.recipe
+    spec, data_spec = Spec.parse(run.method), Spec.parse(run.dataset)
+    data, config = joint_datasets.dataset(data_spec), run.recipe
     gathering = _first_only(reporter.gathering)
     training_data = parallel.in_turn(
         lambda: (
-            gather_pairs(data_spec, spec, config.fps, asked.jobs, gathering)
+            gather_pairs(data_spec, spec, config.fps, options.jobs, gathering)
             if isinstance(bound.method(spec).built, LearnsFromPairs)
-            else gather(data_spec, spec, config.fps, asked.jobs, gathering, config.augmentation)
+            else gather(data_spec, spec, config.fps, options.jobs, gathering, config.augmentation)
         )
     )
-    wanted = parallel.first(lambda: _with_motion(wanted, training_data))
-    torch.manual_seed(wanted.seed)
+    run = parallel.first(lambda: _with_motion(run, training_data))
+    torch.manual_seed(run.seed)
     module = bound.method(spec).built.training_module(training_data, config)  # type: ignore[attr-defined]
     start = checkpoint.read(folder)
-    if wanted.init and start is None:
-        before = _initial_weights(spec, wanted.init_path)
-        if before.hash != wanted.init:
-            raise BenchError(
-                f"{wanted.init_path}: these are no longer the weights that this run began with"
-            )
+    if run.init and start is None:
+        before = _initial_weights(spec, run.init_path)
+        if before.hash != run.init:
+            raise BenchError(f"{run.init_path}: these are no longer the weights that this run began with")
         module.load(before.tensors)
     module.modules.to(device)
     validator = _validator(data, module, config.cases, device, reporter)
@@ -126,10 +124,10 @@ def _train(
 
     def write(at: Checkpoint, tensors: Mapping[str, torch.Tensor]) -> None:
         """The best weights with their card; without validation the last ones."""
-        weights.write(folder, weights.BEST, tensors, card(wanted, data, training_data, at, folder, device))
+        weights.write(folder, weights.BEST, tensors, card(run, data, training_data, at, folder, device))
 
     def draw() -> None:
-        log.draw(folder, f"{wanted.method} on {data.label.strip()}")
+        log.draw(folder, f"{run.method} on {data.label.strip()}")
 
     def saved(at: Checkpoint, better: bool) -> None:
         nonlocal drawn
@@ -140,22 +138,22 @@ def _train(
             drawn = time.perf_counter()
 
     show = _first_only(reporter.show)
-    workers = asked.jobs if device.type == "cuda" else 0
-    loop = Loop(module, config, wanted.limit, wanted.seed, device, folder, validator, show, saved, workers)
+    workers = options.jobs if device.type == "cuda" else 0
+    loop = Loop(module, config, run.limit, run.seed, device, folder, validator, show, saved, workers)
     if parallel.rank() == 0:
-        request.write(folder, replace(wanted, job=parallel.job()))
+        request.write(folder, replace(run, job=parallel.job()))
         for note in training_data.notes:
             reporter.say(note)
         if start is None:
             reporter.say(_amount(training_data, config))
-        if wanted.processes != parallel.world():
-            reporter.say(f"this run began with {wanted.processes} processes; its batches are now others")
-        reporter.began(wanted, start or Checkpoint(0, 0.0, {}))
+        if run.processes != parallel.world():
+            reporter.say(f"this run began with {run.processes} processes; its batches are now others")
+        reporter.began(run, start or Checkpoint(0, 0.0, {}))
     at = loop.run(start)
     if parallel.rank() == 0:
         write(at, at.exported if at.best else loop.export())
         draw()
-    return TrainingResult(folder, at, wanted)
+    return TrainingResult(folder, at, run)
 
 
 def _first_only(call: Callable[..., Any]) -> Callable[..., Any]:
@@ -179,98 +177,102 @@ def _validator(
 
 
 # -------------------------------------------------------------------------------------- what is asked
-def folder_of(asked: TrainingOptions) -> Path:
-    """The folder of a run. Raises BenchError where nothing says so."""
-    if asked.out is not None:
-        return asked.out
-    if asked.method is None:
+def folder_of(options: TrainingOptions) -> Path:
+    """The folder of a run. Raises BenchError where no option names one."""
+    if options.out is not None:
+        return options.out
+    if options.method is None:
         raise BenchError("say which METHOD to train, or which run to go on with: --resume --out DIR")
-    return FOLDER / registry.canonical("methods", asked.method).slug
+    return FOLDER / registry.canonical("methods", options.method).slug
 
 
-def _settled(asked: TrainingOptions) -> tuple[Path, Request]:
+def _settled(options: TrainingOptions) -> tuple[Path, Request]:
     """The folder, and the run that it holds or will hold. Raises BenchError."""
-    method = registry.canonical("methods", asked.method) if asked.method else None
-    folder = folder_of(asked)
-    kept = request.read(folder)
-    again = kept is not None and parallel.restarted() and kept.job == parallel.job()
-    if kept is not None and not asked.resume and not again:
+    method = registry.canonical("methods", options.method) if options.method else None
+    folder = folder_of(options)
+    earlier = request.read(folder)
+    again = earlier is not None and parallel.restarted() and earlier.job == parallel.job()
+    if earlier is not None and not options.resume and not again:
         raise BenchError(
-            f"{folder} already holds a run ({kept.command}); go on with it by --resume, or give "
+            f"{folder} already holds a run ({earlier.command}); go on with it by --resume, or give "
             "another --out"
         )
-    if kept is not None:
-        return folder, _same(kept, asked, method)
+    if earlier is not None:
+        return folder, _same(earlier, options, method)
     if method is None:
         raise BenchError(f"{folder} holds no run to go on with; bench train METHOD begins one")
-    if asked.resume and asked.dataset is None:
+    if options.resume and options.dataset is None:
         raise BenchError(f"{folder} holds no run to go on with; with -d DATASET one begins")
-    return folder, _new(asked, method)
+    return folder, _new(options, method)
 
 
-def _same(kept: Request, asked: TrainingOptions, method: Spec | None) -> Request:
+def _same(run: Request, options: TrainingOptions, method: Spec | None) -> Request:
     """The run, with its data where they lie now. Raises BenchError where it cannot go on as it began."""
-    given = {"method": method and str(method), "preset": asked.preset, "seed": asked.seed}
-    given |= {"budget": asked.budget, "precision": asked.precision, "augment": asked.augment or None}
-    request.contradicted(kept, given)
-    if asked.dataset is not None:
-        data = str(joint_datasets.canonical(asked.dataset))
-        if request.without_places(data) != request.without_places(kept.dataset):
-            request.contradicted(kept, {"dataset": data})
-        kept = replace(kept, dataset=data)
-    spec = Spec.parse(kept.method)
+    explicit = {"method": method and str(method), "preset": options.preset, "seed": options.seed}
+    explicit |= {
+        "budget": options.budget,
+        "precision": options.precision,
+        "augment": options.augment or None,
+    }
+    request.contradicted(run, explicit)
+    if options.dataset is not None:
+        data = str(joint_datasets.canonical(options.dataset))
+        if request.without_places(data) != request.without_places(run.dataset):
+            request.contradicted(run, {"dataset": data})
+        run = replace(run, dataset=data)
+    spec = Spec.parse(run.method)
     built = _trainable(spec)
     version = str(built.card.version)
-    if (version, dict(built.facts())) != (kept.version, dict(kept.facts)):
+    if (version, dict(built.facts())) != (run.version, dict(run.facts)):
         raise BenchError(
-            f"{kept.method} is not what this run began with (version {kept.version}, now {version}, or "
+            f"{run.method} is not what this run began with (version {run.version}, now {version}, or "
             "other parameters); train anew in another folder"
         )
-    if asked.init is not None:
-        request.contradicted(kept, {"init": _initial_weights(spec, asked.init).hash})
-    if joint_datasets.dataset(Spec.parse(kept.dataset)).content != kept.content:
-        raise BenchError(_OTHER_DATA.format(kept.dataset))
-    return kept
+    if options.init is not None:
+        request.contradicted(run, {"init": _initial_weights(spec, options.init).hash})
+    if joint_datasets.dataset(Spec.parse(run.dataset)).content != run.content:
+        raise BenchError(_OTHER_DATA.format(run.dataset))
+    return run
 
 
-def _with_motion(wanted: Request, training_data: TrainingData) -> Request:
+def _with_motion(run: Request, training_data: TrainingData) -> Request:
     """The run with its motion's hash. Raises BenchError where it began with other motion."""
-    if wanted.motion not in ("", training_data.hash):
-        raise BenchError(_OTHER_DATA.format(wanted.dataset))
-    return replace(wanted, motion=training_data.hash)
+    if run.motion not in ("", training_data.hash):
+        raise BenchError(_OTHER_DATA.format(run.dataset))
+    return replace(run, motion=training_data.hash)
 
 
-def _new(asked: TrainingOptions, method: Spec) -> Request:
-    if asked.dataset is None:
+def _new(options: TrainingOptions, method: Spec) -> Request:
+    if options.dataset is None:
         raise BenchError("say what to train on: -d DATASET")
-    data_spec = joint_datasets.canonical(asked.dataset)
+    data_spec = joint_datasets.canonical(options.dataset)
     built, data = _trainable(method), joint_datasets.dataset(data_spec)
-    name = asked.preset or "default"
+    name = options.preset or "default"
     if name not in built.presets:
         raise BenchError(f"{method.name} has no preset {name!r}; there are {', '.join(built.presets)}")
     config: TrainingConfig = built.presets[name]
-    if asked.budget and (limit := Budget.parse(asked.budget)).steps:
+    if options.budget and (limit := Budget.parse(options.budget)).steps:
         config = replace(config, steps=limit.steps)
-    config = replace(config, precision=asked.precision or config.precision)
-    if asked.augment:
+    config = replace(config, precision=options.precision or config.precision)
+    if options.augment:
         config = replace(config, augmentation=_augmentation(method, built, config))
-    before = _initial_weights(method, asked.init).card if asked.init else {}
-    seen = before.get("training_manifest") or {}
+    before = _initial_weights(method, options.init).card if options.init else {}
+    manifest = before.get("training_manifest") or {}
     return Request(
         method=str(method),
         dataset=str(data_spec),
         preset=name,
-        budget=asked.budget or "",
-        seed=asked.seed or 0,
+        budget=options.budget or "",
+        seed=options.seed or 0,
         recipe=config,
         version=str(built.card.version),
         facts=dict(built.facts()),
         label=data.label,
         content=data.content,
         init=str(before.get("hash", "")),
-        init_path=asked.init or "",
-        seen=seen,
-        seen_all=bool(seen) and UNKNOWN not in before.get("notes", ()),
+        init_path=options.init or "",
+        seen=manifest,
+        seen_all=bool(manifest) and UNKNOWN not in before.get("notes", ()),
         processes=parallel.world(),
         versions=versions(),
     )
@@ -288,7 +290,7 @@ def _augmentation(method: Spec, built: Any, config: TrainingConfig) -> Augmentat
 def _amount(training_data: TrainingData, config: TrainingConfig) -> str:
     """The amount of training motion, as a sentence: with a few minutes of motion people have forgotten a
     parameter of the data set, and clips that are shorter than a window are mostly padding."""
-    clips = [clip for mine in training_data.clips.values() for clip in mine]
+    clips = [clip for of_body in training_data.clips.values() for clip in of_body]
     bodies = len(training_data.clips)
     minutes = training_data.frames / config.fps / 60
     by = f"{len(clips)} clips of {bodies} character{'s' * (bodies != 1)}"
@@ -307,9 +309,11 @@ def _trainable(spec: Spec) -> Any:
     return built
 
 
-def _initial_weights(spec: Spec, given: str) -> weights.Bundle:
+def _initial_weights(spec: Spec, name_or_path: str) -> weights.Bundle:
     """Weights to begin with: the name of shipped ones, or a path. Raises BenchError."""
     built = _trainable(spec)
     shipped: Mapping[str, Path] = getattr(built, "shipped", dict)()
     version, facts = str(built.card.version), dict(built.facts())
-    return weights.read(shipped.get(given, given), method=spec.name, version=version, facts=facts)
+    return weights.read(
+        shipped.get(name_or_path, name_or_path), method=spec.name, version=version, facts=facts
+    )

@@ -51,25 +51,25 @@ class Validator:
         self._cases: dict[str, list[list[Case]]] = {}
 
         def refused(info: CaseInfo) -> bool:
-            """As far as that is known before loading."""
-            known = info.source in cast and info.target in cast
-            return known and method.supports(cast[info.source], cast[info.target]) is not None
+            """True where the method refuses a case by its bodies, before it is loaded."""
+            in_cast = info.source in cast and info.target in cast
+            return in_cast and method.supports(cast[info.source], cast[info.target]) is not None
 
         chosen = {
             split: choose([info for info in data.cases(TASK, split) if not refused(info)], cases)
             for split in data.card.splits
         }
         every = [info for infos in chosen.values() for info in infos]
-        asked: dict[str, Case] = {}
+        loaded: dict[str, Case] = {}
         for number, info in enumerate(every, 1):
             case = data.load(info)
             if case.reference is not None and not predict.refusal(method, case):
-                asked[info.id] = case
+                loaded[info.id] = case
             progress(number, len(every))
         for split, infos in chosen.items():
-            groups = batches([info for info in infos if info.id in asked], cast)
+            groups = batches([info for info in infos if info.id in loaded], cast)
             if groups:
-                self._cases[split] = [[asked[id_] for id_ in group] for group in groups]
+                self._cases[split] = [[loaded[id_] for id_ in group] for group in groups]
 
     def __len__(self) -> int:
         return sum(len(group) for groups in self._cases.values() for group in groups)
@@ -82,20 +82,20 @@ class Validator:
         if not any(rows.values()):
             raise BenchError(f"no validation case got an answer ({self.problem})")
         scores: dict[str, dict[str, float]] = {}
-        for split, mine in rows.items():
+        for split, split_rows in rows.items():
             for value in self.values:
-                if known := [float(row[value]) for row in mine if value in row]:
-                    scores.setdefault(split, {})[value] = sum(known) / len(known)
-            if mine:
-                scores.setdefault(split, {})["n"] = len(mine)
+                if numbers := [float(row[value]) for row in split_rows if value in row]:
+                    scores.setdefault(split, {})[value] = sum(numbers) / len(numbers)
+            if split_rows:
+                scores.setdefault(split, {})["n"] = len(split_rows)
         return scores
 
     def decisive(self, scores: Scores) -> float:
         """The number to minimise: the mean over splits of the first value; infinite unless every case has
         an answer that it can be had of."""
         each = [values.get(self.values[0], math.inf) for values in scores.values()]
-        whole = sum(values["n"] for values in scores.values()) == len(self)
-        return sum(each) / len(each) if each and whole else math.inf
+        complete = sum(values["n"] for values in scores.values()) == len(self)
+        return sum(each) / len(each) if each and complete else math.inf
 
     def _rows(self, method: Method, groups: Sequence[Sequence[Case]]) -> list[Mapping[str, Any]]:
         rows: list[Mapping[str, Any]] = []

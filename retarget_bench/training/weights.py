@@ -26,11 +26,11 @@ LARGEST = 12_000_000
 FEW = 4096
 """Numbers that a tensor may have to be kept in single precision."""
 BEST = "weights"
-"""What ``bench train`` calls the best weights in its folder."""
+"""The name of the best weights in a folder of ``bench train``."""
 NEEDED = ("method", "version", "facts")
 
 Text = Annotated[str, Field(description="a text")]
-Whole = Annotated[int, Field(description="a whole number")]
+WholeNumber = Annotated[int, Field(description="a whole number")]
 Scores = Annotated[dict[str, dict[str, float]], Field(description="numbers by split and name")]
 
 
@@ -66,13 +66,13 @@ class _Card(_Fields):
     recipe: dict[str, Scalar | dict[str, Scalar] | None] = Field({}, description="values by name")
     preset: Text = ""
     command: Text = ""
-    seed: Whole = 0
-    steps: Whole = 0
-    step: Whole = 0
+    seed: WholeNumber = 0
+    steps: WholeNumber = 0
+    step: WholeNumber = 0
     seconds: float = Field(0.0, description="a number")
     hardware: Text = ""
     torch: Text = ""
-    processes: Whole = 1
+    processes: WholeNumber = 1
     init: str | None = Field(None, description="a text or null")
     losses: dict[str, float] = Field({}, description="numbers by name")
     validation: list[_Validation] = Field(
@@ -93,7 +93,8 @@ class Bundle:
 
     @property
     def hash(self) -> str:
-        """Sixteen hex digits of the tensors as the file has them: what results know weights by."""
+        """Sixteen hex digits of the tensors as the file has them: the identity of the weights in
+        results."""
         return str(self.card["hash"])
 
 
@@ -110,8 +111,8 @@ def write(
     Raises BenchError for tensors that are not finite, FileError where the files cannot be written.
     """
     arrays = {key: _stored(key, tensor, key in exact) for key, tensor in tensors.items()}
-    whole = files.write(folder / name, arrays, {key: card[key] for key in NEEDED} | dict(card), SCHEMA)
-    return Bundle({key: _tensor(array) for key, array in arrays.items()}, whole)
+    full_card = files.write(folder / name, arrays, {key: card[key] for key in NEEDED} | dict(card), SCHEMA)
+    return Bundle({key: _tensor(array) for key, array in arrays.items()}, full_card)
 
 
 def locate(path: str | Path) -> Path:
@@ -140,8 +141,8 @@ def read_card(path: str | Path) -> Mapping[str, Any]:
         _Card.model_validate(card)
     except ValidationError as error:
         name = str(error.errors()[0]["loc"][0])
-        wanted = _Card.model_fields[name].description
-        raise FileError(place, f"is damaged: its {name} has to be {wanted}") from None
+        expected = _Card.model_fields[name].description
+        raise FileError(place, f"is damaged: its {name} has to be {expected}") from None
     return card
 
 
@@ -171,7 +172,7 @@ def check(
     version: str = "",
     facts: Mapping[str, Scalar] | None = None,
 ) -> None:
-    """Raises BenchError where weights do not fit what is asked, which says what would."""
+    """Raises BenchError where weights do not fit the request, with weights that would."""
     if method and card["method"] != method:
         raise BenchError(f"{path}: these are weights of {card['method']}, not of {method}")
     if version and card["version"] != version:
@@ -181,13 +182,16 @@ def check(
         )
     if facts is None or dict(facts) == card["facts"]:
         return
-    made: Mapping[str, Scalar] = card["facts"]
-    if unknown := sorted(set(facts) ^ set(made)):
+    trained_with: Mapping[str, Scalar] = card["facts"]
+    if unknown := sorted(set(facts) ^ set(trained_with)):
         raise BenchError(
-            f"{path}: these weights are of another make of {card['method']}: one of the two does not know "
+            f"{path}: these weights are of another version of {card['method']}: one of the two lacks "
             f"{', '.join(unknown)}; train them anew"
         )
-    other = Spec(str(card["method"]), {key: made[key] for key in made if made[key] != facts[key]})
+    other = Spec(
+        str(card["method"]),
+        {key: trained_with[key] for key in trained_with if trained_with[key] != facts[key]},
+    )
     inside = str(other).partition("[")[2].removesuffix("]")
     raise BenchError(
         f"{path}: these weights were trained as {other}; write {inside} in the brackets of "
@@ -200,18 +204,18 @@ def fill(module: nn.Module, tensors: Mapping[str, Tensor], where: str = "weights
 
     Raises BenchError unless names and shapes are all the same; the module is then as it was.
     """
-    wanted = module.state_dict()
-    if odd := sorted(set(wanted) ^ set(tensors)):
-        lacking = odd[0] in wanted
+    expected = module.state_dict()
+    if odd := sorted(set(expected) ^ set(tensors)):
+        lacking = odd[0] in expected
         raise BenchError(
             f"{where}: {len(odd)} tensors are not those of the network: {odd[0]} is "
             f"{'missing' if lacking else 'not known to it'}; they are of another structure"
         )
     for name, tensor in tensors.items():
-        if tensor.shape != wanted[name].shape:
+        if tensor.shape != expected[name].shape:
             raise BenchError(
                 f"{where}: {name} has shape {tuple(tensor.shape)}, the network's has "
-                f"{tuple(wanted[name].shape)}; they are of another structure"
+                f"{tuple(expected[name].shape)}; they are of another structure"
             )
     module.load_state_dict(dict(tensors))
 

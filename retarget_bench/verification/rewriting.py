@@ -110,9 +110,9 @@ def reframed(character: Character, turns: np.ndarray) -> Rewritten:
     )
 
     def turned(rotations: np.ndarray) -> np.ndarray:
-        found = rotation.multiply(rotations, turns)
-        found[..., 1:, :] = rotation.multiply(back[skeleton.parents[1:]], found[..., 1:, :])
-        return found
+        new = rotation.multiply(rotations, turns)
+        new[..., 1:, :] = rotation.multiply(back[skeleton.parents[1:]], new[..., 1:, :])
+        return new
 
     body = replace(
         character,
@@ -175,9 +175,9 @@ def split(character: Character) -> Rewritten | str:
     )
 
     def halved(rotations: np.ndarray) -> np.ndarray:
-        found = rotation.identity(len(rotations), len(body.skeleton))
-        found[:, place] = rotations
-        return found
+        new = rotation.identity(len(rotations), len(body.skeleton))
+        new[:, place] = rotations
+        return new
 
     return Rewritten(body, halved, place)
 
@@ -195,50 +195,47 @@ def stiffened(motion: Motion, joint: int) -> Motion:
     return replace(motion, rotations=rotations)
 
 
-def merged(motion: Motion, joint: int) -> Motion:
-    """A stiffened motion without the stiff joint; every other joint is where it was. Spine roles are
-    counted anew."""
-    character, skeleton = motion.character, motion.skeleton
-    stiff, parent = character.reference_pose[joint], int(skeleton.parents[joint])
-    parents, offsets, pose, rotations = map(
-        np.array, (skeleton.parents, skeleton.offsets, character.reference_pose, motion.rotations)
-    )
-    # first its children and tips are hung from its parent
-    for child in skeleton.children[joint]:
-        parents[child] = parent
-        offsets[child] = skeleton.offsets[joint] + rotation.rotate(stiff, skeleton.offsets[child])
-        pose[child] = rotation.multiply(stiff, pose[child])
-        rotations[:, child] = rotation.multiply(stiff, rotations[:, child])
+def merged(character: Character, joint: int) -> Rewritten:
+    """The body without one joint, which its motions must hold stiff (``stiffened``); every other joint
+    stays where it is. Spine roles are counted anew."""
+    skeleton, stiff = character.skeleton, character.reference_pose[joint]
+    above, children = int(skeleton.parents[joint]), list(skeleton.children[joint])
+    kept = np.delete(np.arange(len(skeleton)), joint)
+    place = np.searchsorted(kept, np.arange(len(skeleton)))
+
+    def carried(offset: np.ndarray) -> np.ndarray:
+        return skeleton.offsets[joint] + rotation.rotate(stiff, offset)
+
+    def without(rotations: np.ndarray) -> np.ndarray:
+        turned = np.array(rotations)
+        turned[..., children, :] = rotation.multiply(stiff, turned[..., children, :])
+        return turned[..., kept, :]
+
+    parents, offsets = np.array(skeleton.parents), np.array(skeleton.offsets)
+    parents[children], offsets[children] = above, carried(offsets[children])
     tips = _end_sites(
-        (parent, skeleton.offsets[joint] + rotation.rotate(stiff, np.array(site.offset)))
-        if site.parent == joint
-        else (site.parent, site.offset)
+        (above, carried(np.array(site.offset))) if site.parent == joint else (site.parent, site.offset)
         for site in skeleton.end_sites
     )
     roles = list(character.roles)
-    roles[joint] = None
     for rank, each in enumerate(j for j in chain(character.roles, "spine") if j != joint):
         roles[each] = f"spine_{rank + 1}"
     body = replace(
         character,
         skeleton=Skeleton(skeleton.names, parents, offsets, tips),
         structure=f"{character.structure} merged",
-        roles=tuple(roles),
-        reference_pose=pose,
+        roles=tuple(None if j == joint else role for j, role in enumerate(roles)),
     )
-    kept = np.array([j for j in range(len(skeleton)) if j != joint])
-    place = np.arange(len(skeleton)) - (np.arange(len(skeleton)) > joint)
-    return Motion(_selected(body, kept, place), rotations[:, kept], motion.root, motion.fps)
+    body = _selected(body, kept, place)
+    return Rewritten(replace(body, reference_pose=without(character.reference_pose)), without, place)
 
 
 # --------------------------------------------------------------------------------------- size and side
 def scaled(character: Character, factor: float) -> Rewritten:
     """Another size."""
-    skeleton = character.skeleton
-    tips = _end_sites((site.parent, factor * np.array(site.offset)) for site in skeleton.end_sites)
     body = replace(
         character,
-        skeleton=replace(skeleton, offsets=skeleton.offsets * factor, end_sites=tips),
+        skeleton=character.skeleton.scaled(factor),
         measures=Measures(**{name: factor * size for name, size in asdict(character.measures).items()}),
         skin=None,
     )
@@ -278,27 +275,19 @@ def _partner(character: Character, joint: int, above: int) -> int:
     """The partner of a joint whose parent's partner is ``above``; -1 where there is none."""
     role, skeleton = character.roles[joint], character.skeleton
     if role is not None:
-        return character.joint_of.get(other_side(role), -1)
-    free, mine = (
+        return character.joint_of.get(_other_side(role), -1)
+    free, own = (
         [each for each in skeleton.children[parent] if character.roles[each] is None] if parent >= 0 else []
         for parent in (above, skeleton.parents[joint])
     )
-    return free[mine.index(joint)] if len(free) == len(mine) else -1
+    return free[own.index(joint)] if len(free) == len(own) else -1
 
 
-def other_side(role: str) -> str:
+def _other_side(role: str) -> str:
     """``left_hand`` -> ``right_hand`` and back; what has no side stays."""
     side, _, rest = role.partition("_")
     other = {"left": "right", "right": "left"}.get(side)
     return f"{other}_{rest}" if other else role
-
-
-def turned_motion(motion: Motion, angle: float) -> Motion:
-    """The whole motion turned about the vertical through the origin, radians."""
-    turn = rotation.about(np.array([0.0, 1.0, 0.0]), angle)
-    rotations = np.array(motion.rotations)
-    rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
-    return replace(motion, rotations=rotations, root=rotation.rotate(turn, motion.root))
 
 
 # --------------------------------------------------------------------------------------- cases

@@ -10,8 +10,8 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import body_part, is_finger, is_tip
 from retarget_bench.viewer.camera import Camera
 from retarget_bench.viewer.colours import LIT, Colour, shade, tints
-from retarget_bench.viewer.flesh import lit_faces
 from retarget_bench.viewer.scene import Figure
+from retarget_bench.viewer.self_penetration import lit_faces
 
 LIMBS = {
     "up_leg": (0.044, 0.046),
@@ -38,7 +38,7 @@ THICKEST = 0.42
 
 def radii(body: Character) -> np.ndarray:
     """``(joints, 2)`` metres: of the bone to each joint, at its parent and at itself; 0 for roots."""
-    found = np.zeros((len(body.roles), 2))
+    widths = np.zeros((len(body.roles), 2))
     lengths = body.skeleton.bone_lengths
     for joint, role in enumerate(body.roles):
         length = float(lengths[joint])
@@ -46,15 +46,15 @@ def radii(body: Character) -> np.ndarray:
             continue
         if role is None or is_tip(role):
             parent = body.skeleton.parents[joint]
-            widest = found[parent, 1] or 0.03 * body.height
-            found[joint] = max(min(PLAIN * length, widest), THINNEST * body.height)
+            widest = widths[parent, 1] or 0.03 * body.height
+            widths[joint] = max(min(PLAIN * length, widest), THINNEST * body.height)
             continue
         trunk = PARTS.get(body_part(role), PARTS["trunk"])
         shares = FINGER if is_finger(role) else LIMBS.get(role.partition("_")[2], trunk)
-        found[joint] = np.multiply(shares, body.height)
+        widths[joint] = np.multiply(shares, body.height)
         if body_part(role) not in ("trunk", "head"):
-            found[joint] = np.minimum(found[joint], THICKEST * length)
-    return found
+            widths[joint] = np.minimum(widths[joint], THICKEST * length)
+    return widths
 
 
 def heads(body: Character) -> list[tuple[int, int, float]]:
@@ -70,19 +70,19 @@ def sides(body: Character) -> str:
 
     Joints without roles take the side of what they hang from.
     """
-    found: list[str] = []
+    sides_of: list[str] = []
     for parent, role in zip(body.skeleton.parents.tolist(), body.roles, strict=True):
         if role is not None:
-            found.append({"left": "l", "right": "r"}.get(role.partition("_")[0], "-"))
+            sides_of.append({"left": "l", "right": "r"}.get(role.partition("_")[0], "-"))
         else:
-            found.append(found[parent] if parent >= 0 else "-")
-    return "".join(found)
+            sides_of.append(sides_of[parent] if parent >= 0 else "-")
+    return "".join(sides_of)
 
 
 def ends(body: Character) -> list[int]:
     """Joints whose paths are drawn: hands, feet and head, else every last joint."""
-    named = body.joints(("left_hand", "right_hand", "left_foot", "right_foot", "head"))
-    return named or [joint for joint, below in enumerate(body.skeleton.children) if not below]
+    joints = body.joints(("left_hand", "right_hand", "left_foot", "right_foot", "head"))
+    return joints or [joint for joint, below in enumerate(body.skeleton.children) if not below]
 
 
 LIGHT = np.array([-0.38, 0.84, 0.38])
@@ -168,9 +168,9 @@ class Solid:
     @cached_property
     def _bones(self) -> tuple[np.ndarray, np.ndarray]:
         """Joints ``(bones, 2)``, the upper one first, and radii ``(bones, 2)`` metres."""
-        found = self.thick * np.nan_to_num(radii(self.body))
-        lower = np.flatnonzero(found.any(axis=1))
-        return np.stack([self.figure.parents[lower], lower], axis=1), found[lower]
+        sizes = self.thick * np.nan_to_num(radii(self.body))
+        lower = np.flatnonzero(sizes.any(axis=1))
+        return np.stack([self.figure.parents[lower], lower], axis=1), sizes[lower]
 
     @cached_property
     def _sides(self) -> np.ndarray:
@@ -210,7 +210,7 @@ class Solid:
     def lit_pieces(
         self, frame: int, camera: Camera, target: np.ndarray, size: tuple[int, int]
     ) -> list[Piece]:
-        """The faces of a skin that are inside flesh, to be drawn over all others."""
+        """The faces of a skin that are inside the body, to be drawn over all others."""
         figure = self.figure
         if not self.skinned or figure.inside is None:
             return []
@@ -261,8 +261,8 @@ class Solid:
 
     def skin_at(self, frame: int) -> np.ndarray:
         """``(vertices, 3)`` metres of the skin at a frame."""
-        found: np.ndarray = self.figure.skin_at(slice(frame, frame + 1))[0]
-        return found
+        vertices: np.ndarray = self.figure.skin_at(slice(frame, frame + 1))[0]
+        return vertices
 
     def _skinned(self, frame: int, camera: Camera, target: np.ndarray, limit: float) -> Iterator[Piece]:
         every = np.ones(len(self.face_sides), dtype=bool)

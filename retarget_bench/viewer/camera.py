@@ -46,11 +46,11 @@ class Camera:
         """Points ``(..., 3)`` metres, seen while the camera looks at ``target`` ``(..., 3)`` (broadcast):
         pixels ``(..., 2)``, right and down; metres from the eye ``(...)``; pixels per metre ``(...)``.
         """
-        seen = (points - target) @ self.axes.T
-        depth = np.maximum(seen[..., 2] + self.distance, NEAREST * self.distance)
+        relative = (points - target) @ self.axes.T
+        depth = np.maximum(relative[..., 2] + self.distance, NEAREST * self.distance)
         scale = self.zoom * self.distance / depth
-        across = self.centre[0] + seen[..., 0] * scale
-        down = self.centre[1] - seen[..., 1] * scale
+        across = self.centre[0] + relative[..., 0] * scale
+        down = self.centre[1] - relative[..., 1] * scale
         return np.stack([across, down], axis=-1), depth, scale
 
 
@@ -76,10 +76,10 @@ def fitted(
     """
     reach = max(float(np.linalg.norm(points, axis=1).max()) for _, points in shots) + pad
     unit = [Camera(turned, DISTANCE * reach) for turned, _ in shots]
-    seen = np.concatenate(
+    projected = np.concatenate(
         [camera.project(points, np.zeros(3))[0] for camera, (_, points) in zip(unit, shots, strict=True)]
     )
-    low, high = seen.min(axis=0) - pad, seen.max(axis=0) + pad
+    low, high = projected.min(axis=0) - pad, projected.max(axis=0) + pad
     room = (1.0 - 2.0 * MARGIN) * np.array(size)
     zoom = float((room / (high - low)).min())
     middle = np.array(size) / 2 - zoom * (low + high) / 2
@@ -96,13 +96,13 @@ def stays(places: np.ndarray, height: float) -> bool:
 def track(places: np.ndarray, floor: float, fps: float, follow: bool) -> np.ndarray:
     """``(frames, 3)`` points of the floor that a camera looks at while something is at ``places``
     ``(frames, 3)``: below it, a little behind its way; or always the middle of its way."""
-    found = np.array(places)
-    found[:, 1] = floor
+    positions = np.array(places)
+    positions[:, 1] = floor
     if not follow:
-        found[:, [0, 2]] = (places[:, [0, 2]].min(axis=0) + places[:, [0, 2]].max(axis=0)) / 2
+        positions[:, [0, 2]] = (places[:, [0, 2]].min(axis=0) + places[:, [0, 2]].max(axis=0)) / 2
     elif len(places) > 1:
         reach = int(3 * LAG * fps)  # of a Gaussian average, at whose ends the way goes on as it came
         for axis in (0, 2):
             longer = np.pad(places[:, axis], reach, mode="reflect", reflect_type="odd")
-            found[:, axis] = smooth(longer, LAG * fps)[reach : reach + len(places)]
-    return found
+            positions[:, axis] = smooth(longer, LAG * fps)[reach : reach + len(places)]
+    return positions

@@ -22,7 +22,7 @@ STILL = ".png"
 ENDINGS = (*CLIPS, STILL)
 QUALITY = 80
 """Of .webp, 0 to 100."""
-BEGUN, TAKEN, SWATCH = 30, 6, 8
+BEGUN, SAMPLED, SWATCH = 30, 6, 8
 """First pictures of a .gif, those of them that give it its colours, and rows of pixels for contacts."""
 MOST_BYTES = 2e9
 KEPT = {".gif": 1, ".webp": 3}
@@ -45,12 +45,12 @@ def ffmpeg() -> str:
     if find_spec("imageio_ffmpeg") is not None:
         with suppress(RuntimeError):  # a wheel without the program
             return str(importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe())
-    if (found := shutil.which("ffmpeg")) is None:
+    if (program := shutil.which("ffmpeg")) is None:
         raise BenchError(
             "videos need ffmpeg, and there is none: pip install 'retarget-bench[video]', put ffmpeg on the "
             "PATH, or write a .gif or .webp"
         )
-    return found
+    return program
 
 
 def check_length(path: Path, size: tuple[int, int], count: int) -> None:
@@ -95,10 +95,10 @@ def _gif(temporary: Path, pictures: Iterable[Image.Image], fps: float) -> None:
     what may light up later."""
     each = iter(pictures)
     begun = list(islice(each, BEGUN))
-    taken = begun[:: max(1, len(begun) // TAKEN)]
+    sampled = begun[:: max(1, len(begun) // SAMPLED)]
     width, height = begun[0].size
-    strip = Image.new("RGB", (width, height * len(taken) + SWATCH), CONTACT)
-    for number, picture in enumerate(taken):
+    strip = Image.new("RGB", (width, height * len(sampled) + SWATCH), CONTACT)
+    for number, picture in enumerate(sampled):
         strip.paste(picture, (0, number * height))
     colours = strip.quantize(256, method=Image.Quantize.MEDIANCUT)
     first, *others = (

@@ -20,7 +20,7 @@ FAINT: Colour = (96, 101, 110)
 CONTACT: Colour = (255, 190, 0)
 LIT: Colour = (255, 225, 0)
 STRIPE: Colour = (20, 20, 20)
-"""Flesh inside flesh: lighter than every body, and striped, so that it is told without colours, too."""
+"""Self-penetration: lighter than every body, and striped, so that it shows without colours, too."""
 TROUBLE: Colour = (170, 30, 30)
 """Words about what went wrong."""
 
@@ -33,16 +33,16 @@ def names(scene: Scene) -> list[str]:
     order of the figures, those first that no method has."""
     roles = {"source": palette.SOURCE, "reference": palette.REFERENCE}
     own = {figure: _own(scene.colours, figure) for figure in scene.figures}
-    taken = {colour for colour in own.values() if colour}
-    free = [colour for colour in palette.COLOURS if colour not in taken]
+    used = {colour for colour in own.values() if colour}
+    free = [colour for colour in palette.COLOURS if colour not in used]
     rest = cycle(free or palette.COLOURS)
     return [roles.get(figure.part) or own[figure] or next(rest) for figure in scene.figures]
 
 
-def _own(known: Mapping[str, str], figure: Figure) -> str | None:
+def _own(colours: Mapping[str, str], figure: Figure) -> str | None:
     """The colour of a figure's method; all of its seeds have one."""
     method, seed, number = figure.label.rpartition(", seed ")
-    return known.get(figure.label) or (known.get(method) if seed and number.isdecimal() else None)
+    return colours.get(figure.label) or (colours.get(method) if seed and number.isdecimal() else None)
 
 
 def colours(scene: Scene) -> list[Colour]:

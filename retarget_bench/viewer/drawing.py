@@ -20,9 +20,9 @@ from retarget_bench.viewer.colours import (
     colours,
     tints,
 )
-from retarget_bench.viewer.flesh import key
 from retarget_bench.viewer.renderer import SMALLEST, DrawingStyle, Stage, stages
 from retarget_bench.viewer.scene import Figure, Scene
+from retarget_bench.viewer.self_penetration import key
 from retarget_bench.viewer.text import Font, font, plain, short, wrapped
 
 GAP = 4
@@ -50,9 +50,9 @@ class Drawing:
     """
 
     def __init__(
-        self, scene: Scene, look: DrawingStyle | None = None, frames: Sequence[int] | None = None
+        self, scene: Scene, style: DrawingStyle | None = None, frames: Sequence[int] | None = None
     ) -> None:
-        self.scene, self.look = scene, look or DrawingStyle()
+        self.scene, self.look = scene, style or DrawingStyle()
         self.frames = frames if frames is not None else range(scene.frames)
         self._shown = list(zip(scene.figures, colours(scene), strict=True))
         # In pixels: the size of letters, from one line to the next, above all panels, and below each.
@@ -87,10 +87,10 @@ class Drawing:
             boxes = self._grid(columns)
             if min(boxes[0].width, boxes[0].height) < SMALLEST and best is not None:
                 continue
-            made = self._stages_in(boxes[0])
-            zoom = next(stage.camera.zoom for stage in made if stage is not None)
+            stages = self._stages_in(boxes[0])
+            zoom = next(stage.camera.zoom for stage in stages if stage is not None)
             if best is None or zoom > best[0] * 1.02:
-                best = zoom, boxes, made
+                best = zoom, boxes, stages
         assert best is not None
         return best[1], best[2]
 
@@ -161,7 +161,7 @@ class Drawing:
         for box, stage, (figure, _) in zip(self._boxes, self._stages, self._shown, strict=True):
             top = box.top + box.height + 0.3 * self._letter + self._line
             pen.text((box.left, top), error_text(figure, frame, letters, box.width), FAINT, letters)
-            if stage is not None and not stage.seen(frame):
+            if stage is not None and not stage.in_picture(frame):
                 draw_away(pen, box, stage, frame, self._letter)
 
     def _legend(self, pen: ImageDraw.ImageDraw, frame: int) -> None:
@@ -270,13 +270,13 @@ def usual_size(scene: Scene, columns: int, overlay: bool) -> tuple[int, int]:
     return 170 + columns * wide, 80 + rows * round(1.15 * wide)
 
 
-def sheet(scene: Scene, look: DrawingStyle, frames: Sequence[int]) -> Image.Image:
-    """An RGB picture of a scene at some frames; ``look.overlay`` makes it a single row.
+def sheet(scene: Scene, style: DrawingStyle, frames: Sequence[int]) -> Image.Image:
+    """An RGB picture of a scene at some frames; ``style.overlay`` makes it a single row.
 
     Raises BenchError where the size leaves too little room for so many figures and moments.
     """
-    width, height = look.size
-    rows = 1 if look.overlay else len(scene.figures)
+    width, height = style.size
+    rows = 1 if style.overlay else len(scene.figures)
     letter = int(np.clip(round(min(width, 1.6 * height) / 70), 9, 20))
     head, names = round(2.2 * letter), round(NAMES * 0.62 * letter)
     wide = (width - names - GAP * (len(frames) + 1)) // len(frames)
@@ -286,27 +286,27 @@ def sheet(scene: Scene, look: DrawingStyle, frames: Sequence[int]) -> Image.Imag
             f"{len(frames)} moments of {rows} figures do not fit on {width} x {height} pixels; give a "
             "larger --size, or fewer --columns"
         )
-    picture = Image.new("RGB", look.size, PAPER)
+    picture = Image.new("RGB", style.size, PAPER)
     pen = ImageDraw.Draw(picture)
     bold, letters = font(letter, bold=True), font(letter)
     room: float = width - 2 * GAP
-    if words := key(scene.figures, frames) if look.skin else "":
+    if words := key(scene.figures, frames) if style.skin else "":
         room = draw_key(pen, room, head, letter, words)
     pen.text((GAP + 2, head / 2), short(title(scene), bold, room), INK, bold, anchor="lm")
     for column, frame in enumerate(frames):
         middle = names + GAP + column * (wide + GAP) + wide / 2
         words = short(f"{frame / scene.fps:.2f} s", letters, wide)
         pen.text((middle, head + 0.6 * letter), words, FAINT, letters, anchor="mm")
-    made = stages(scene, look, frames, (wide, high))
-    for row, stage in enumerate(made):
+    panels = stages(scene, style, frames, (wide, high))
+    for row, stage in enumerate(panels):
         top = head + round(1.8 * letter) + row * (high + GAP)
         for column, frame in enumerate(frames):
             if stage is not None:
                 box = Box(names + GAP + column * (wide + GAP), top, wide, high)
                 picture.paste(stage.picture(frame), (box.left, box.top))
-                if not stage.seen(frame):
+                if not stage.in_picture(frame):
                     draw_away(pen, box, stage, frame, letter)
-        figures = scene.figures if look.overlay else scene.figures[row : row + 1]
+        figures = scene.figures if style.overlay else scene.figures[row : row + 1]
         span = Box(names + GAP, top, width - names - 2 * GAP, high)
         if stage is None:
             pen.rectangle(span.corners, STAGE)

@@ -50,7 +50,7 @@ def _lines(target: np.ndarray, reach: float, step: float) -> tuple[np.ndarray, n
     places in ``FADING``; the faintest first."""
     at = np.arange(np.ceil(-reach / step), np.floor(reach / step) + 1) * step
     cuts = np.linspace(-1.0, 1.0, CUTS + 1)
-    found = []
+    lines = []
     for along, across in ((0, 2), (2, 0)):
         fixed = np.round(target[across] / step) * step + at
         half = np.sqrt(np.maximum(reach**2 - (fixed - target[across]) ** 2, 0.0))
@@ -58,8 +58,8 @@ def _lines(target: np.ndarray, reach: float, step: float) -> tuple[np.ndarray, n
         points[..., 1] = target[1]
         points[..., across] = fixed[:, None]
         points[..., along] = target[along] + half[:, None] * cuts
-        found.append(np.stack([points[:, :-1], points[:, 1:]]).reshape(2, -1, 3))
-    starts, ends = np.concatenate(found, axis=1)
+        lines.append(np.stack([points[:, :-1], points[:, 1:]]).reshape(2, -1, 3))
+    starts, ends = np.concatenate(lines, axis=1)
     away = np.linalg.norm((starts + ends) / 2 - target, axis=1) / reach
     fading = np.minimum(len(FADING) * away**2, len(FADING) - 1).astype(int)
     order = np.argsort(-fading, kind="stable")

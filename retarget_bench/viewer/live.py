@@ -17,10 +17,10 @@ from retarget_bench.motion.ground import ground_height
 from retarget_bench.viewer import floor
 from retarget_bench.viewer.bodies import Solid
 from retarget_bench.viewer.colours import CONTACT, FLOOR, LIT, colours
-from retarget_bench.viewer.flesh import lit_faces
 from retarget_bench.viewer.models import Model
 from retarget_bench.viewer.scene import Scene
 from retarget_bench.viewer.scene_builder import CaseList, dressed
+from retarget_bench.viewer.self_penetration import lit_faces
 from retarget_bench.viewer.text import plain
 
 HOST = "127.0.0.1"
@@ -35,7 +35,7 @@ AWAY = 1.2
 REACH = 6.0
 """Metres of a field of heights that are shown around the middle."""
 CLEAR = 0.45
-"""Opacity of a body with flesh inside flesh."""
+"""Opacity of a body with self-penetration."""
 NOTHING_YET = "waiting for the first case"
 FILES = "the files"
 
@@ -80,11 +80,11 @@ def _own_page_only() -> Iterator[None]:
 
 def foreign(headers: Any, hosts: Sequence[str]) -> str:
     """Why a request is not of the page at one of these addresses, ``name:port``; "" where it is."""
-    asked, origins = headers.get_all("Host"), headers.get_all("Origin")
-    if len(asked) != 1 or asked[0].lower() not in hosts:
+    addresses, origins = headers.get_all("Host"), headers.get_all("Origin")
+    if len(addresses) != 1 or addresses[0].lower() not in hosts:
         return f"this page is served at {hosts[0]} alone"
     # browsers always say where a page that opens a socket comes from
-    if origins != [f"http://{asked[0]}"] and (origins or headers.get_all("Upgrade")):
+    if origins != [f"http://{addresses[0]}"] and (origins or headers.get_all("Upgrade")):
         return "another page asks"
     return ""
 
@@ -137,7 +137,7 @@ class Window:
         self._on(self.at, lambda: self.seek(int(self.at.value)))
 
     def _on(self, handle: Any, action: Callable[[], None]) -> None:
-        """Do something, in the thread that draws, when somebody changes a control (not we ourselves)."""
+        """Call a function, in the thread that draws, when a user changes a control."""
         handle.on_update(lambda event: self._todo.append(action) if event.client is not None else None)
 
     # --------------------------------------------------------------------------------------- what is shown
@@ -314,10 +314,10 @@ class Actor:
         self.lit: list[Any] = []
         if solid.skinned and solid.figure.inside is not None and solid.figure.inside.any():
             points, face = solid.skin_at(0).astype(np.float32), np.zeros((1, 3), dtype=np.uint32)
-            flesh = stage.add_mesh_simple(
+            surface = stage.add_mesh_simple(
                 f"{name}/lit", points, face, color=LIT, side="double", position=tuple(shift), visible=False
             )
-            self.lit.append(flesh)
+            self.lit.append(surface)
 
     def pose(self, frame: int, scene: Scene, labelled: bool) -> None:
         """Move everything to where it is at a frame."""
@@ -338,16 +338,16 @@ class Actor:
         self.label.position = tuple(self.shift + np.array([middle[0], top, middle[2]]))
 
     def _light(self, frame: int) -> None:
-        """Flesh inside flesh at a frame, through a body that lets it be seen."""
-        for flesh in self.lit:
+        """Self-penetration at a frame, seen through the body."""
+        for surface in self.lit:
             mesh, faces = self.solid.body.mesh, lit_faces(self.solid.figure, frame)
             assert mesh is not None
-            flesh.visible = bool(faces.any())
+            surface.visible = bool(faces.any())
             for part in self.parts:
-                part.opacity = CLEAR if flesh.visible else None
-            if flesh.visible:
-                flesh.vertices = self.solid.skin_at(frame).astype(np.float32)
-                flesh.faces = mesh.faces[faces].astype(np.uint32)
+                part.opacity = CLEAR if surface.visible else None
+            if surface.visible:
+                surface.vertices = self.solid.skin_at(frame).astype(np.float32)
+                surface.faces = mesh.faces[faces].astype(np.uint32)
 
     def remove(self) -> None:
         for handle in (*self.parts, *self.contacts, *self.lit, self.label):

@@ -52,13 +52,13 @@ def packed(scene: Scene, skins: bool = False) -> dict[str, Any]:
     worn = _worn(bodies, figures) if skins else {}
     for each in figures:
         each["skin"] = each["skin"] and each["body"] in worn
-    kept = [worn.get(each["body"]) if each["skin"] else None for each in figures]
-    for each, figure, skin in zip(figures, scene.figures, kept, strict=True):
+    worn_by = [worn.get(each["body"]) if each["skin"] else None for each in figures]
+    for each, figure, skin in zip(figures, scene.figures, worn_by, strict=True):
         if skin is not None and figure.surface is not None:
             each["surface"] = True
         if skin is not None and figure.inside is not None and (lit := _lit(figure.inside, skin)).any():
             each["lit"] = int(lit.any(axis=0).sum())
-    series = b"".join(_integers(each) for each in _series(scene, kept))
+    series = b"".join(_integers(each) for each in _series(scene, worn_by))
     series += b"".join(_integers(each) for place in worn for each in _skin(bodies[place], worn[place]))
     return {
         "schema": SCHEMA,
@@ -83,8 +83,8 @@ def packed(scene: Scene, skins: bool = False) -> dict[str, Any]:
 def _worn(bodies: list[Character], figures: list[dict[str, Any]]) -> dict[int, Skin]:
     """Place of a body -> its skin, of those that have one and that somebody moves in."""
     moved = sorted({each["body"] for each in figures if each["skin"]})
-    known = {place: bodies[place].mesh for place in moved}
-    return {place: Skin.of(mesh) for place, mesh in known.items() if mesh is not None and len(mesh.faces)}
+    meshes = {place: bodies[place].mesh for place in moved}
+    return {place: Skin.of(mesh) for place, mesh in meshes.items() if mesh is not None and len(mesh.faces)}
 
 
 def _index(bodies: list[Character], body: Character) -> int:

@@ -77,7 +77,7 @@ class Stage:
     camera: Camera
     targets: np.ndarray
     size: tuple[int, int]
-    _kept: dict[tuple[float, ...], Image.Image] = field(default_factory=dict)
+    _pictures: dict[tuple[float, ...], Image.Image] = field(default_factory=dict)
 
     def picture(self, frame: int) -> Image.Image:
         """An RGB picture of a frame."""
@@ -103,16 +103,16 @@ class Stage:
 
     def _ground(self, target: tuple[float, float, float]) -> Image.Image:
         """The floor around where the camera looks; kept as long as it does not move."""
-        if target not in self._kept:
+        if target not in self._pictures:
             size = self.size[0] * FINER, self.size[1] * FINER
             picture = Image.new("RGB", size, STAGE)
             reach = max(
                 REACH * max(solid.size for solid in self.solids), 0.75 * max(size) / self._fine.zoom
             )
             floor.draw(ImageDraw.Draw(picture), self.ground, self._fine, np.array(target), reach)
-            self._kept.clear()
-            self._kept[target] = picture
-        return self._kept[target]
+            self._pictures.clear()
+            self._pictures[target] = picture
+        return self._pictures[target]
 
     @cached_property
     def _fine(self) -> Camera:
@@ -121,7 +121,7 @@ class Stage:
         return replace(camera, zoom=camera.zoom * FINER, centre=centre)
 
     def _pieces(self, solid: Solid, frame: int, size: tuple[int, int]) -> list[Piece]:
-        found = solid.pieces(frame, self._fine, self.targets[frame], size)
+        pieces = solid.pieces(frame, self._fine, self.targets[frame], size)
         for place in floor.resting(solid, frame):
             (across, down), depth, scale = self._fine.project(place, self.targets[frame])
             circle = np.stack([np.cos(floor.CORNERS), np.sin(floor.CORNERS)], axis=1)
@@ -129,10 +129,10 @@ class Stage:
             near = float(depth) - 0.06 * solid.size  # over the foot that it is in
             for share, colour in ((1.25, shade(CONTACT, 0.35)), (1.0, CONTACT)):
                 corners = share * ball + np.array([across, down])
-                found.append(Piece(near, corners.ravel().tolist(), colour))
-        return found
+                pieces.append(Piece(near, corners.ravel().tolist(), colour))
+        return pieces
 
-    def seen(self, frame: int) -> bool:
+    def in_picture(self, frame: int) -> bool:
         """True where any joint of the first figure is in the picture."""
         pixels = self.camera.project(self.solids[0].places[frame], self.targets[frame])[0]
         return bool(((pixels >= 0) & (pixels <= np.array(self.size))).all(axis=1).any())
@@ -141,12 +141,12 @@ class Stage:
 def _striped(picture: Image.Image, lit: list[Piece]) -> Image.Image:
     """A picture with pieces over all that is in it, striped and with a rim."""
     mask = Image.new("L", picture.size)
-    flesh, marks = ImageDraw.Draw(picture), ImageDraw.Draw(mask)
+    canvas, marks = ImageDraw.Draw(picture), ImageDraw.Draw(mask)
     for piece in lit:
         marks.polygon(piece.corners, fill=255)
     picture.paste(STRIPE, mask=mask.filter(ImageFilter.MaxFilter(2 * FINER + 1)))
     for piece in sorted(lit, key=lambda piece: -piece.depth):
-        flesh.polygon(piece.corners, fill=piece.colour)
+        canvas.polygon(piece.corners, fill=piece.colour)
     across, down = np.meshgrid(np.arange(picture.size[0]), np.arange(picture.size[1]))
     dark = (across + down) % (STRIPES * FINER) < STRIPES * FINER // 3
     picture.paste(STRIPE, mask=Image.fromarray(np.where(dark, np.asarray(mask), 0).astype(np.uint8)))
@@ -154,7 +154,7 @@ def _striped(picture: Image.Image, lit: list[Piece]) -> Image.Image:
 
 
 def stages(
-    scene: Scene, look: DrawingStyle, frames: Sequence[int], size: tuple[int, int]
+    scene: Scene, style: DrawingStyle, frames: Sequence[int], size: tuple[int, int]
 ) -> list[Stage | None]:
     """A stage of a size for every figure, all at one scale, None where there is nothing to draw; overlaid,
     one for all.
@@ -163,20 +163,20 @@ def stages(
     frames: those that will be drawn.
     """
     solids = [
-        Solid(figure, colour, look.skin, THIN if look.overlay else 1.0)
+        Solid(figure, colour, style.skin, THIN if style.overlay else 1.0)
         if figure.positions is not None
         else None
         for figure, colour in zip(scene.figures, colours(scene), strict=True)
     ]
     drawn = [solid for solid in solids if solid is not None]
     reference = next((solid for solid in drawn if solid.figure.part == "reference"), None)
-    groups = [drawn] if look.overlay else [[solid] for solid in drawn]
+    groups = [drawn] if style.overlay else [[solid] for solid in drawn]
     leads = [
-        reference if reference and (look.overlay or group[0].figure.part == "prediction") else group[0]
+        reference if reference and (style.overlay or group[0].figure.part == "prediction") else group[0]
         for group in groups
     ]
-    follow = look.camera == "follow" or (
-        look.camera == "auto" and not all(stays(_root(lead)[list(frames)], lead.size) for lead in leads)
+    follow = style.camera == "follow" or (
+        style.camera == "auto" and not all(stays(_root(lead)[list(frames)], lead.size) for lead in leads)
     )
     sample = list(frames[:: 1 + (len(frames) - 1) // SAMPLE])
     targets, shots = [], []
@@ -186,15 +186,15 @@ def stages(
         aim = aim if follow else np.repeat(aim[:1], len(lead.places), axis=0)
         targets.append(aim)
         shots.append(
-            (axes(look.view, lead.body, lead.places[frames[0]]), _around(group, lead, sample, aim))
+            (axes(style.view, lead.body, lead.places[frames[0]]), _around(group, lead, sample, aim))
         )
     pad = SKIN_PAD if any(solid.skinned for solid in drawn) else PAD
     cameras = fitted(shots, pad * max(lead.size for lead in leads), size)
-    made = (
+    built = (
         Stage(tuple(group), scene.ground, camera, aim, size)
         for group, camera, aim in zip(groups, cameras, targets, strict=True)
     )
-    return list(made) if look.overlay else [None if solid is None else next(made) for solid in solids]
+    return list(built) if style.overlay else [None if solid is None else next(built) for solid in solids]
 
 
 def _root(solid: Solid) -> np.ndarray:
@@ -207,11 +207,11 @@ def _around(group: Sequence[Solid], lead: Solid, frames: list[int], targets: np.
 
     What is far from the lead is left out, so that a figure that flies off does not make the others tiny.
     """
-    found = [np.zeros((1, 3))]
+    offsets = [np.zeros((1, 3))]
     home = _root(lead)[frames]
     for solid in group:
         near = np.linalg.norm(solid.extent[frames] - home[:, None], axis=-1) < ASTRAY * lead.size
         near |= solid is lead
-        found.append((solid.extent[frames] - targets[frames][:, None])[near])
-    points = np.concatenate(found)
+        offsets.append((solid.extent[frames] - targets[frames][:, None])[near])
+    points = np.concatenate(offsets)
     return points[np.isfinite(points).all(axis=1)]

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from retarget_bench.analysis.selection import of_dataset
 from retarget_bench.api import Case, CaseInfo, Prediction
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.predict import Outcome
@@ -41,8 +40,8 @@ class StoredResults:
     def values(self, case: str) -> dict[str, float]:
         """The case's numbers; curves are left out."""
         entry = self.entries.get(case)
-        found = entry.values if entry is not None else {}
-        return {name: value for name, value in found.items() if not isinstance(value, dict)}
+        values = entry.values if entry is not None else {}
+        return {name: value for name, value in values.items() if not isinstance(value, dict)}
 
     def outcome(self, case: Case) -> Outcome:
         """The stored prediction, or a status with a message: it is never asked for anew."""
@@ -59,8 +58,8 @@ class StoredResults:
         ):
             return Outcome("missing", "the prediction that is there is not the one that was scored")
         try:
-            found: Prediction = predictions.read_prediction(path, case.target, case.source.fps)
-            return Outcome("ok", prediction=verified(found, case))
+            prediction: Prediction = predictions.read_prediction(path, case.target, case.source.fps)
+            return Outcome("ok", prediction=verified(prediction, case))
         except BenchError as error:
             return Outcome("invalid", str(error))
 
@@ -104,41 +103,27 @@ MOTION_FILES = files.suffixes()
 """Endings of motion files; ``.npz`` is also that of predictions."""
 
 
-def results(
-    roots: Sequence[Path], task: str = "retarget", dataset: str | None = None, methods: Sequence[str] = ()
-) -> list[ResultPaths]:
-    """The results under some folders, of a data set and of methods where these are named, in their order.
-
-    dataset: see ``of_dataset``. Raises BenchError where there are none.
-    """
-    found = [place for root in roots for place in store.find_results(root, task)]
-    if not found:
-        raise BenchError(f"no results in {', '.join(map(str, roots))}; bench run makes some")
-    places = found if dataset is None else of_dataset(found, dataset)
-    return method_order.of_methods(places, methods) if methods else places
-
-
 def case(places: Sequence[ResultPaths], name: str) -> tuple[list[ResultPaths], str]:
     """The results that list the case which a name means, and its id.
 
     A name is an id, the name of a prediction file, or a part of an id that no other has.
     Raises BenchError where it means none, several, or the case is in the results of several data sets.
     """
-    found = matching(listed(places), name)
-    having = [place for place in places if found in read_stored(place).cases]
+    match = matching(listed(places), name)
+    having = [place for place in places if match in read_stored(place).cases]
     if len(folders := sorted({f"{place.dataset}/{place.task}" for place in having})) > 1:
-        raise BenchError(f"{found} is in the results of {', '.join(folders)}; choose one by -d or --task")
-    return having, found
+        raise BenchError(f"{match} is in the results of {', '.join(folders)}; choose one by -d or --task")
+    return having, match
 
 
-def matching(known: Sequence[str], name: str) -> str:
+def matching(ids: Sequence[str], name: str) -> str:
     """The one id among those known that a name means. Raises BenchError."""
-    if name in known:
+    if name in ids:
         return name
     stem = name.removesuffix(".npz")
     for fits in (
-        [each for each in known if store.case_file(each) == stem],
-        [each for each in known if name in each],
+        [each for each in ids if store.case_file(each) == stem],
+        [each for each in ids if name in each],
     ):
         if len(fits) == 1:
             return fits[0]
@@ -147,7 +132,7 @@ def matching(known: Sequence[str], name: str) -> str:
                 f"{name!r} may be {len(fits)} cases, such as {', '.join(map(repr, fits[:3]))}; "
                 "give more of the name, in quotes, since > means something to a shell"
             )
-    near = difflib.get_close_matches(name, known, 3, 0.4) or known[:3]
+    near = difflib.get_close_matches(name, ids, 3, 0.4) or ids[:3]
     raise BenchError(f"no case is called {name!r}; near it: {', '.join(map(repr, near))}")
 
 
@@ -163,7 +148,7 @@ def colours(roots: Iterable[Path]) -> dict[str, str]:
 
 @lru_cache(maxsize=8)
 def _colours(places: tuple[tuple[ResultPaths, int], ...]) -> dict[str, str]:
-    """Of headers that have not changed since they were asked for: who watches a run asks often."""
+    """The colours, cached while headers are the same: a page that watches a run asks often."""
     return method_order.colours(method_order.ranked(place for place, _ in places))
 
 

@@ -57,9 +57,9 @@ class Label:
     colour: Colour
 
 
-def role_sheet(found: Imported) -> Image.Image:
+def role_sheet(imported: Imported) -> Image.Image:
     """The picture of a file, RGB: as wide as two views with labels need, as high as the labels ask for."""
-    body, findings = found.motion.character, found.findings
+    body, findings = imported.motion.character, imported.findings
     groups = joint_groups(body)
     places, note = resting_places(body)
     solid = Solid(
@@ -82,8 +82,8 @@ def role_sheet(found: Imported) -> Image.Image:
         if findings.facing is not None:
             _arrow(pen, stage, (left, head))
         _size(pen, stage, (left, head))
-        seen = "from the front" if view == "front" else "from the right"
-        pen.text((left + 6, head + 4), seen, FAINT, font(LETTER))
+        direction = "from the front" if view == "front" else "from the right"
+        pen.text((left + 6, head + 4), direction, FAINT, font(LETTER))
         pixels = stage.camera.project(places, stage.targets[0])[0] + (left, head)
         labels = [_label(findings, joint, pixels[joint], groups[joint]) for joint in joints.tolist()]
         _labels(pen, labels, (left, head, PANEL, high))
@@ -153,11 +153,11 @@ def _heading(pen: ImageDraw.ImageDraw, findings: Findings, note: str, width: int
 
 def _label(findings: Findings, joint: int, at: np.ndarray, group: int) -> Label:
     name, meaning = findings.joints[joint]
-    known = meaning not in NO_ROLE
+    has_role = meaning not in NO_ROLE
     doubt = meaning == "not understood"
     bare = name.rpartition(":")[2] or name
-    words = f"{bare}: {meaning}" if known or doubt else bare
-    colour = TROUBLE if doubt else FAINT if not known else mixed(COLOURS[group], (0, 0, 0), 0.25)
+    words = f"{bare}: {meaning}" if has_role or doubt else bare
+    colour = TROUBLE if doubt else FAINT if not has_role else mixed(COLOURS[group], (0, 0, 0), 0.25)
     return Label(words, (float(at[0]), float(at[1])), colour)
 
 
@@ -218,7 +218,7 @@ def _arrow(pen: ImageDraw.ImageDraw, stage: Stage, corner: tuple[int, int]) -> N
 
 
 def _size(pen: ImageDraw.ImageDraw, stage: Stage, corner: tuple[int, int]) -> None:
-    """How tall the body stands, beside it."""
+    """The height of the body, beside it."""
     solid, camera = stage.solids[0], stage.camera
     top = float(solid.places[0, :, 1].max())
     ends = camera.project(np.array([[0.0, 0.0, 0.0], [0.0, top, 0.0]]), stage.targets[0])[0] + corner

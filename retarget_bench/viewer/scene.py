@@ -31,8 +31,8 @@ class Figure:
     status:    as in results: ok, unsupported, invalid, failed, missing.
     surface:   ``(frames, V, 3)`` metres, the vertices of the body's mesh, where they are known without
                rotations. points: of each frame ``(n, 3)`` metres, where a body is known by points.
-    inside:    ``(frames, V)`` bool, vertices of the mesh to be lit: flesh inside flesh (``flesh.lit``);
-               None where it was not looked for.
+    inside:    ``(frames, V)`` bool, vertices of the mesh to be lit (``self_penetration.lit``); None where
+               they were not looked for.
     """
 
     label: str
@@ -53,8 +53,8 @@ class Figure:
     @property
     def has_skin(self) -> bool:
         """True where the body has a mesh and it is known where that is."""
-        known = self.surface is not None or self.motion is not None
-        return known and self.character.mesh is not None
+        posable = self.surface is not None or self.motion is not None
+        return posable and self.character.mesh is not None
 
     def skin_at(self, frames: slice) -> np.ndarray:
         """``(frames, V, 3)`` metres: the vertices of the body's mesh, of a figure that has them."""
@@ -132,13 +132,13 @@ def figure_of(label: str, part: Part, motion: Source, labels: Labels | None = No
     )
 
 
-def distinct(labels: Sequence[str], taken: Sequence[str] = ()) -> list[str]:
-    """Labels made distinct from each other and from those taken: the second of a kind gets a number."""
-    found: list[str] = []
+def distinct(labels: Sequence[str], used: Sequence[str] = ()) -> list[str]:
+    """Labels made distinct from each other and from those used: the second of a kind gets a number."""
+    names: list[str] = []
     for label in labels:
         name, number = label, 1
-        while name in (*taken, *found):
+        while name in (*used, *names):
             number += 1
             name = f"{label} ({number})"
-        found.append(name)
-    return found
+        names.append(name)
+    return names

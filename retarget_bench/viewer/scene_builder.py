@@ -28,12 +28,12 @@ from retarget_bench.results import store
 from retarget_bench.results.predictions import read_prediction
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import results_library
-from retarget_bench.viewer.flesh import lit
 from retarget_bench.viewer.results_library import StoredResults, listed, read_stored
 from retarget_bench.viewer.scene import Figure, Scene, distinct, figure_of
+from retarget_bench.viewer.self_penetration import lit
 
 REFERENCE = "reference"
-KNOWN = ("source", REFERENCE)
+INPUTS = ("source", REFERENCE)
 """Labels of the figures that every case may have."""
 
 
@@ -46,7 +46,7 @@ def of_case(places: Sequence[ResultPaths], case_id: str, *, dataset: Spec | None
     """
     having = [each for each in map(read_stored, places) if case_id in each.cases]
     if not having:
-        raise _unknown(case_id, listed(places), "these results have")
+        raise _unknown(case_id, listed(places))
     return of_stored(having, case_id, dataset)
 
 
@@ -59,8 +59,8 @@ def of_stored(
     """Likewise of results that were read already, all of which list the case. colours: of methods."""
     first = having[0]
     data = plan.data_of(bound.dataset(dataset or first.dataset), first.task)
-    known = data.cases(Spec.parse(first.task).name, first.place.split)
-    if (info := next((each for each in known if each.id == case_id), None)) is None:
+    cases = data.cases(Spec.parse(first.task).name, first.place.split)
+    if (info := next((each for each in cases if each.id == case_id), None)) is None:
         raise BenchError(
             f"{data.label} has no case {case_id!r} any more, though {first.place.cases} lists it; run again"
         )
@@ -73,19 +73,16 @@ def of_stored(
     return _scene(case, answers, [each.values(case_id) for each in having], colours or {})
 
 
-def of_case_asked(
-    dataset: Spec, split: str | None, case_id: str, methods: Sequence[Spec], *, task: str = RETARGET
-) -> Scene:
+def of_case_asked(dataset: Spec, name: str, methods: Sequence[Spec], *, task: str = RETARGET) -> Scene:
     """A case of a data set with predictions made now; nothing is stored.
 
-    split: None looks in every split. task: as in ``bench run --task``.
+    name: as ``results_library.matching`` takes it. task: as in ``bench run --task``.
     Raises BenchError for an unknown case or method.
     """
     data = plan.data_of(bound.dataset(dataset), task)
-    splits = data.card.splits if split is None else (split,)
-    infos = {info.id: info for each in splits for info in data.cases(Spec.parse(task).name, each)}
-    if case_id not in infos:
-        raise _unknown(case_id, list(infos), f"{data.label} has")
+    cases = (data.cases(Spec.parse(task).name, split) for split in data.card.splits)
+    infos = {info.id: info for each in cases for info in each}
+    case_id = results_library.matching(list(infos), name)
     case = _loaded(data, infos[case_id])
     answers = []
     for spec in (registry.canonical("methods", each) for each in methods):
@@ -97,7 +94,7 @@ def of_case_asked(
 
 def dressed(scene: Scene) -> Scene:
     """The scene with rotations for every figure whose body has a skin and that is known by positions
-    alone, and with flesh inside flesh to be lit (``flesh.lit``).
+    alone, and with self-penetration to be lit (``self_penetration.lit``).
 
     Rotations are fitted to the positions (``motion.fitting``), which stay as they are; the figure's
     ``message`` says how far the fitted joints are from them. Raises BenchError where a position is not
@@ -110,8 +107,8 @@ def _dressed(figure: Figure, fps: float) -> Figure:
     if figure.positions is None or figure.character.mesh is None or figure.has_skin:
         return figure
     fitted = fit(Positions(figure.character, figure.positions, fps))
-    said = f"skin by rotations fitted to positions: {fitted}"
-    return replace(figure, motion=fitted.motion, message="; ".join(filter(None, (figure.message, said))))
+    message = f"skin by rotations fitted to positions: {fitted}"
+    return replace(figure, motion=fitted.motion, message="; ".join(filter(None, (figure.message, message))))
 
 
 # ----------------------------------------------------------------------------------------- the case
@@ -122,10 +119,11 @@ def _loaded(data: Dataset, info: CaseInfo) -> Case:
     return case
 
 
-def _unknown(case_id: str, known: Sequence[str], who: str) -> BenchError:
-    near = difflib.get_close_matches(case_id, known, 3, 0.5) or known[:3]
+def _unknown(case_id: str, ids: Sequence[str]) -> BenchError:
+    near = difflib.get_close_matches(case_id, ids, 3, 0.5) or ids[:3]
     return BenchError(
-        f"{who} no case {case_id!r}" + (f"; near it: {', '.join(near)}" if near else ", and no other")
+        f"these results have no case {case_id!r}"
+        + (f"; near it: {', '.join(near)}" if near else ", and no other")
     )
 
 
@@ -178,7 +176,7 @@ def _scene(
     once = case.reference is not None
     names = [REFERENCE if once and label == REFERENCE else "" for label, _ in answers]
     others = iter(
-        distinct([label for (label, _), name in zip(answers, names, strict=True) if not name], KNOWN)
+        distinct([label for (label, _), name in zip(answers, names, strict=True) if not name], INPUTS)
     )
     names = [name or next(others) for name in names]
     figures += [
@@ -236,23 +234,23 @@ def of_motions(motions: Sequence[Prediction], labels: Sequence[str]) -> Scene:
 
 def _read(files: Sequence[Path], body: Character | None) -> list[Prediction]:
     """Every file's motion, in their order; predictions last, since they need the bodies of the others."""
-    found: dict[Path, Prediction] = {}
+    predictions_of: dict[Path, Prediction] = {}
     for path in files:
         ending = split_take(path)[0].suffix.lower()
         if ending == ".npz" and not amass.holds_motion(path):
             continue
         if ending in suffixes():
-            found[path] = importer.load(path).motion
+            predictions_of[path] = importer.load(path).motion
         else:
-            known = ", ".join(suffixes())
+            endings = ", ".join(suffixes())
             raise FileError(
-                path, f"is no motion file that can be shown; give {known}, or .npz of a prediction"
+                path, f"is no motion file that can be shown; give {endings}, or .npz of a prediction"
             )
-    bodies = [body] if body is not None else [motion.character for motion in found.values()]
+    bodies = [body] if body is not None else [motion.character for motion in predictions_of.values()]
     for path in files:
-        if path not in found:
-            found[path] = _prediction(path, bodies)
-    return [found[path] for path in files]
+        if path not in predictions_of:
+            predictions_of[path] = _prediction(path, bodies)
+    return [predictions_of[path] for path in files]
 
 
 def _prediction(path: Path, bodies: Sequence[Character]) -> Prediction:
@@ -265,10 +263,10 @@ def _prediction(path: Path, bodies: Sequence[Character]) -> Prediction:
         raise FileError(path, f"is not a readable .npz file ({error})") from error
     for body in bodies:
         if not joints or set(body.skeleton.names) <= set(joints):
-            found: Prediction = read_prediction(path, body, fps)
-            if not np.isfinite(found.positions).all():
+            prediction: Prediction = read_prediction(path, body, fps)
+            if not np.isfinite(prediction.positions).all():
                 raise FileError(path, "has places or rotations that are not finite")
-            return found
+            return prediction
     raise FileError(
         path,
         "is a prediction, which holds no bones: give a motion file of its body beside it, or show the case "
@@ -314,8 +312,8 @@ class CaseList:
         if self.files:
             return [""]
         self.problem = ""
-        found = [self._read(place) for place in self._places()]
-        self._results = [each for each in found if each is not None]
+        entries = [self._read(place) for place in self._places()]
+        self._results = [each for each in entries if each is not None]
         return list(dict.fromkeys(case for each in self._results for case in each.cases))
 
     def scene(self, case: str) -> Scene:
@@ -334,10 +332,10 @@ class CaseList:
         return of_stored(same, case, data, results_library.colours(self.roots))
 
     def _places(self) -> list[ResultPaths]:
-        found = [place for root in self.roots for place in store.find_results(root, self.task)]
-        found = method_order.of_methods(found, self.methods) if self.methods else found
+        places = [place for root in self.roots for place in store.find_results(root, self.task)]
+        places = method_order.of_methods(places, self.methods) if self.methods else places
         try:
-            return found if self.dataset is None else of_dataset(found, self.dataset)
+            return places if self.dataset is None else of_dataset(places, self.dataset)
         except BenchError as error:
             self.problem = str(error)
             return []

@@ -14,7 +14,7 @@ MOST = 3000
 """Triangles of a skin: of those with more, corners that are close to each other are put together."""
 FOLLOWED = 4
 """Joints that a corner follows, those with the largest shares."""
-WHOLE = 1023
+FULL_WEIGHT = 1023
 """The sum of the shares of a corner: ten bits; with eight, corners would be up to 2 mm off."""
 _TRIES = 14
 _SHIFT = 0.37
@@ -27,7 +27,7 @@ class Skin:
 
     mesh:   of at most ``MOST`` triangles, which are all that its corners are for.
     joints: ``(used,)`` those that are followed. followed: ``(vertices, FOLLOWED)`` places among them, the
-            largest share first. shares: ``(vertices, FOLLOWED)`` whole numbers that sum to ``WHOLE``.
+            largest share first. shares: ``(vertices, FOLLOWED)`` whole numbers that sum to ``FULL_WEIGHT``.
     place:  of each vertex of the whole mesh its corner here, -1 for those that no face is left of.
     """
 
@@ -44,7 +44,7 @@ class Skin:
         small, number = _in_order(merged)
         order = np.argsort(-small.weights, axis=1, kind="stable")[:, :FOLLOWED]
         weights = np.take_along_axis(small.weights, order, axis=1)
-        shares = _whole(weights / weights.sum(axis=1, keepdims=True))
+        shares = _quantized(weights / weights.sum(axis=1, keepdims=True))
         order = np.where(shares > 0, order, order[:, :1])  # a share of nothing needs no joint
         if order.shape[1] < FOLLOWED:
             pad = FOLLOWED - order.shape[1]
@@ -59,16 +59,16 @@ class Skin:
         order = order[self.place[order] >= 0]
         _, first, count = np.unique(self.place[order], return_index=True, return_counts=True)
         sums = np.add.reduceat(vertices[:, order], first, axis=1)
-        found: np.ndarray = sums / count[:, None]
-        return found
+        centres: np.ndarray = sums / count[:, None]
+        return centres
 
     def any(self, chosen: np.ndarray) -> np.ndarray:
         """``(frames, corners)`` bool: where any vertex of a corner is chosen ``(frames, V)``."""
-        kept = self.place >= 0
-        found = np.zeros((len(chosen), len(self.mesh.vertices)), dtype=bool)
-        frame, vertex = np.nonzero(chosen & kept)
-        found[frame, self.place[vertex]] = True
-        return found
+        placed = self.place >= 0
+        matches = np.zeros((len(chosen), len(self.mesh.vertices)), dtype=bool)
+        frame, vertex = np.nonzero(chosen & placed)
+        matches[frame, self.place[vertex]] = True
+        return matches
 
     def back(self) -> np.ndarray:
         """``(faces * 3,)``: how far every corner is behind the first number that no face has had yet."""
@@ -77,10 +77,10 @@ class Skin:
         return had + 1 - corners
 
     def turns(self, motion: Motion) -> np.ndarray:
-        """``(frames, used, 4)``: what turns the mesh's own pose into that of the motion, without jumps."""
+        """``(frames, used, 4)``: rotations from the mesh's pose to that of the motion, without jumps."""
         _, turned = self.mesh.bound(motion.skeleton)
-        found = rotation.multiply(motion.global_rotations, rotation.conjugate(turned))
-        return rotation.continuous(found[:, self.joints])
+        turns = rotation.multiply(motion.global_rotations, rotation.conjugate(turned))
+        return rotation.continuous(turns[:, self.joints])
 
 
 def thinned(mesh: Mesh, most: int) -> Mesh:
@@ -112,14 +112,14 @@ def _clustered(mesh: Mesh, step: float) -> tuple[Mesh, np.ndarray]:
     _, place, held = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
     place = place.reshape(-1)
     faces = place[mesh.faces]
-    whole = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    proper = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
 
     def middles(values: np.ndarray) -> np.ndarray:
         sums = np.zeros((len(held), values.shape[1]))
         np.add.at(sums, place, values)
         return sums / held[:, None]
 
-    return Mesh(middles(mesh.vertices), faces[whole], middles(mesh.weights), mesh.pose), place
+    return Mesh(middles(mesh.vertices), faces[proper], middles(mesh.weights), mesh.pose), place
 
 
 def _in_order(mesh: Mesh) -> tuple[Mesh, np.ndarray]:
@@ -135,8 +135,8 @@ def _in_order(mesh: Mesh) -> tuple[Mesh, np.ndarray]:
     return Mesh(mesh.vertices[used[order]], faces, mesh.weights[used[order]], mesh.pose), numbers
 
 
-def _whole(weights: np.ndarray) -> np.ndarray:
-    """``WHOLE`` times the weights, rounded; the largest, which is the first, takes up the difference."""
-    shares = np.rint(WHOLE * weights).astype(np.int64)
-    shares[:, 0] += WHOLE - shares.sum(axis=1)
+def _quantized(weights: np.ndarray) -> np.ndarray:
+    """``FULL_WEIGHT`` times the weights, rounded; the first and largest takes up the difference."""
+    shares = np.rint(FULL_WEIGHT * weights).astype(np.int64)
+    shares[:, 0] += FULL_WEIGHT - shares.sum(axis=1)
     return shares

@@ -16,9 +16,9 @@ _FONTS = "mpl-data/fonts/ttf"
 @lru_cache(maxsize=32)
 def font(pixels: int, bold: bool = False) -> Font:
     """DejaVu Sans of a size; Pillow's own font where it is not there."""
-    found = find_spec("matplotlib")
-    if found is not None and found.origin is not None:
-        path = Path(found.origin).parent / _FONTS / f"DejaVuSans{'-Bold' if bold else ''}.ttf"
+    spec = find_spec("matplotlib")
+    if spec is not None and spec.origin is not None:
+        path = Path(spec.origin).parent / _FONTS / f"DejaVuSans{'-Bold' if bold else ''}.ttf"
         if path.exists():
             return ImageFont.truetype(str(path), pixels)
     return ImageFont.load_default(pixels)
@@ -31,7 +31,7 @@ def plain(text: str) -> str:
 
 
 def short(text: str, letters: Font, room: float) -> str:
-    """Text that takes at most ``room`` pixels: what is too long loses its middle."""
+    """Text that takes at most ``room`` pixels; a longer one loses its middle."""
     text = plain(text)
     if letters.getlength(text) <= room:
         return text
@@ -50,14 +50,14 @@ def _cut(text: str, keep: int) -> str:
 
 def wrapped(text: str, letters: Font, room: float, lines: int) -> list[str]:
     """Text on lines of at most ``room`` pixels; at most so many, the last one cut where more is left."""
-    words, found = plain(text).split(), [""]
+    words, out = plain(text).split(), [""]
     for number, word in enumerate(words):
-        longer = f"{found[-1]} {word}".strip()
-        if letters.getlength(longer) <= room or not found[-1]:
-            found[-1] = longer
-        elif len(found) == lines:
-            found[-1] = " ".join([found[-1], *words[number:]])
+        longer = f"{out[-1]} {word}".strip()
+        if letters.getlength(longer) <= room or not out[-1]:
+            out[-1] = longer
+        elif len(out) == lines:
+            out[-1] = " ".join([out[-1], *words[number:]])
             break
         else:
-            found.append(word)
-    return [short(line, letters, room) for line in found if line]
+            out.append(word)
+    return [short(line, letters, room) for line in out if line]

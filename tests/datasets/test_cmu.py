@@ -47,7 +47,7 @@ def folder(tmp_path: Path, cache: Path) -> Callable[..., Path]:
 
 
 def clips(data: Cmu) -> set[str]:
-    return {name for mine in data.training().values() for each in mine.values() for name in each.names}
+    return {name for cast in data.training().values() for each in cast.values() for name in each.names}
 
 
 # ------------------------------------------------------------------------------------------ the parts
@@ -140,7 +140,7 @@ def test_places_that_hold_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_it_trains_beside_the_puppets(folder: Callable[..., Path]) -> None:
     both = JointDataset([Puppets(), Cmu(str(folder()))])
-    assert {name for mine in both.training().values() for name in mine} >= {"ada", "cmu05"}
+    assert {name for cast in both.training().values() for name in cast} >= {"ada", "cmu05"}
     validation = both.validation()
     assert validation is not None
     names = {info.source for info in validation.cases("retarget", "self")}
@@ -196,7 +196,7 @@ def test_takes_are_put_on_training_bodies_of_two_legs(onto: Cmu) -> None:
 def test_performers_can_be_left_out_of_training(onto: Cmu) -> None:
     alone = Cmu(onto._root, bodies=onto._bodies, own=False)
     everybody, drawn = (
-        {name for mine in data.training().values() for name in mine} for data in (onto, alone)
+        {name for cast in data.training().values() for name in cast} for data in (onto, alone)
     )
     assert drawn == {name for name in everybody if not name.startswith("cmu")} != everybody
     with pytest.raises(BenchError, match="bodies=NUMBER"):
@@ -205,11 +205,11 @@ def test_performers_can_be_left_out_of_training(onto: Cmu) -> None:
 
 def test_they_are_what_ik_makes_of_them(onto: Cmu) -> None:
     take, name = "05_01", onto._onto.chosen["05_01"][0]  # type: ignore[union-attr]
-    (clips,) = (mine[name] for mine in onto.training().values() if name in mine)
-    made = clips[list(clips.names).index(take)]
-    expected = bound.method(METHOD).built.retarget(onto.motion(take), made.character, context=Context())
-    assert np.degrees(rotation.angle(made.rotations, expected.rotations)).max() < 1e-3  # type: ignore[union-attr]
-    assert np.abs(made.root - expected.root).max() < 1e-5  # type: ignore[union-attr]
+    (clips,) = (cast[name] for cast in onto.training().values() if name in cast)
+    clip = clips[list(clips.names).index(take)]
+    expected = bound.method(METHOD).built.retarget(onto.motion(take), clip.character, context=Context())
+    assert np.degrees(rotation.angle(clip.rotations, expected.rotations)).max() < 1e-3  # type: ignore[union-attr]
+    assert np.abs(clip.root - expected.root).max() < 1e-5  # type: ignore[union-attr]
 
 
 def test_pairs_of_takes_are_marked_inexact(onto: Cmu) -> None:
@@ -236,8 +236,8 @@ def test_pairs_of_takes_are_marked_inexact(onto: Cmu) -> None:
 
 def test_what_fails_a_check_is_left_out(onto: Cmu, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("retarget_bench.datasets.cmu.onto.LOWER", -10.0)
-    names = [name for mine in onto.training().values() for name in mine if not name.startswith("cmu")]
-    (clips,) = (mine[names[0]] for mine in onto.training().values() if names[0] in mine)
+    names = [name for cast in onto.training().values() for name in cast if not name.startswith("cmu")]
+    (clips,) = (cast[names[0]] for cast in onto.training().values() if names[0] in cast)
     with pytest.raises(Unusable, match="below the floor"):
         clips[0]
     pairs = onto.training_pairs()

@@ -261,8 +261,8 @@ def test_people_of_amass_have_the_joints_of_the_body_model(tmp_path):
 
 
 def test_acclaim_files_stand_beside_both(loose):
-    made = person(np.random.default_rng(4), frames=6)
-    made.save(loose / "robot.glb")
+    asset = person(np.random.default_rng(4), frames=6)
+    asset.save(loose / "robot.glb")
     bones, lines = ASF, [":FULLY-SPECIFIED", ":DEGREES"]
     for frame in range(1, 9):
         lines += [str(frame), f"root 0 16 {frame} 0 0 0", f"lfemur {frame} 0 0", f"rhumerus 0 {frame} 0"]
@@ -287,11 +287,11 @@ def test_acclaim_files_stand_beside_both(loose):
 
 
 def test_content_follows_the_buffers_of_text_files(tmp_path):
-    made = person(np.random.default_rng(4), frames=6)
-    made.save(tmp_path / "a.gltf", linked="a.bin")
+    asset = person(np.random.default_rng(4), frames=6)
+    asset.save(tmp_path / "a.gltf", linked="a.bin")
     before = Folder(str(tmp_path)).content
     data = bytearray((tmp_path / "a.bin").read_bytes())
-    view = made.content["bufferViews"][1]["byteOffset"]
+    view = asset.content["bufferViews"][1]["byteOffset"]
     data[view : view + 16] = np.array([0, 0, 0, 1], "<f4").tobytes()
     (tmp_path / "a.bin").write_bytes(data)
     (tmp_path / "a.gltf").write_text((tmp_path / "a.gltf").read_text() + " ")
@@ -300,7 +300,7 @@ def test_content_follows_the_buffers_of_text_files(tmp_path):
     other = tmp_path / "other"
     other.mkdir()
     (other / "a.gltf").write_text((tmp_path / "a.gltf").read_text())
-    (other / "a.bin").write_bytes(bytes(made.data))
+    (other / "a.bin").write_bytes(bytes(asset.data))
     assert Folder(str(other)).content != text
 
 
@@ -308,7 +308,7 @@ def test_wrong_folders_say_what_to_give(loose, tmp_path):
     (tmp_path / "bad").mkdir()
     (tmp_path / "bad" / "a.bvh").write_text("no motion")
     (tmp_path / "none").mkdir()
-    for parameters, said in {
+    for parameters, message in {
         ("", ""): "--root DIR",
         (str(tmp_path / "nowhere"), ""): "there is no folder or file",
         (str(tmp_path / "none"), ""): "holds no motion files",
@@ -316,7 +316,7 @@ def test_wrong_folders_say_what_to_give(loose, tmp_path):
         (str(loose), str(tmp_path / "nowhere.bvh")): "there is no folder or file",
         (str(loose), str(tmp_path / "none")): "target .* holds no motion files",
     }.items():
-        with pytest.raises(BenchError, match=said):
+        with pytest.raises(BenchError, match=message):
             Folder(*parameters).cases("retarget", "self")
     with pytest.raises(FileError, match=r"a\.bvh"):
         Folder(str(loose), target=str(tmp_path / "bad" / "a.bvh")).cases("retarget", "self")

@@ -26,7 +26,7 @@ def clips_of(data):
 
 
 def trained(data):
-    return {name: set(clips.names) for mine in data.training().values() for name, clips in mine.items()}
+    return {name: set(clips.names) for cast in data.training().values() for name, clips in cast.items()}
 
 
 @pytest.fixture
@@ -42,10 +42,10 @@ def two(mini):
 
 def test_a_name_decides_by_itself_and_the_shares_are_a_fifth_and_a_tenth():
     names = [f"{who}_{take:02}" for who in range(100) for take in range(40)]
-    found = [part_of(name, "split") for name in names]
+    parts = [part_of(name, "split") for name in names]
     for part, share in (("test", 0.2), ("validation", 0.1), ("train", 0.7)):
         spread = 4.0 * math.sqrt(len(names) * share * (1.0 - share))
-        assert abs(found.count(part) - share * len(names)) < spread
+        assert abs(parts.count(part) - share * len(names)) < spread
     assert {part_of(name, "all") for name in names} == {"test"}
     assert {part_of(name, "train") for name in names} == {"train"}
 
@@ -105,18 +105,18 @@ def test_what_is_trained_on_is_the_motion_of_the_files(two):
     clips = Folder(str(two), protocol="train", fps=0.0).training()
     (mine,) = (each["Mousey_m"] for each in clips.values() if "Mousey_m" in each)
     number = mine.names.index("take 7")
-    wanted = bvh.read(two / "Mousey_m" / "take 7.bvh", root="absolute", scale=0.01)
-    np.testing.assert_allclose(mine[number].root, wanted.root, atol=1e-9)
+    expected = bvh.read(two / "Mousey_m" / "take 7.bvh", root="absolute", scale=0.01)
+    np.testing.assert_allclose(mine[number].root, expected.root, atol=1e-9)
     assert mine[number].character.name == "Mousey_m"
     assert [motion.frames for motion in mine[2:4]] == [4, 4]
 
 
 def test_the_manifest_names_what_training_and_steering_have(two):
     data = Folder(str(two), protocol="split")
-    told = data.training_manifest()
-    assert told["characters"] == ["Aj", "BigVegas", "Mousey_m"]
-    assert told["structures"] == sorted(data.training())
-    assert set(told["clips"]) == set(CLIPS) - clips_of(data)
+    manifest = data.training_manifest()
+    assert manifest["characters"] == ["Aj", "BigVegas", "Mousey_m"]
+    assert manifest["structures"] == sorted(data.training())
+    assert set(manifest["clips"]) == set(CLIPS) - clips_of(data)
 
 
 def test_a_folder_that_is_all_cases_says_how_to_train_on_it(two):
@@ -137,8 +137,8 @@ def test_one_clip_cannot_be_split_and_it_is_said(mini, clip):
             NotSupported, match=r"keeps none of 1 clip to train on: protocol=train trains on all"
         ):
             training_clips(data)
-    said = "protocol=split keeps none of 1 clip for test"
-    assert (said in data.notes) == (part != "test")
+    sentence = "protocol=split keeps none of 1 clip for test"
+    assert (sentence in data.notes) == (part != "test")
     assert (data.validation() is None) == (part != "validation")
 
 

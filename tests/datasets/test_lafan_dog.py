@@ -215,8 +215,8 @@ def test_files_that_are_broken_or_of_other_bodies_are_left_out_and_told(
     archives: Callable[..., Path], bodies: dict[str, Character]
 ) -> None:
     root = archives()
-    whole = LafanDog(str(root))
-    names = {info.clip for info in whole.cases("retarget", "self")}
+    complete = LafanDog(str(root))
+    names = {info.clip for info in complete.cases("retarget", "self")}
     (root / "lafan1" / "walk9_subject1.bvh").write_text("HIERARCHY\nnonsense")
     child = Character.of("c", skeleton(plain_rig(), 0.7))
     motion = child.motion(*moving(child, 100, 1.0, 1.0, 30.0), 30.0)
@@ -242,10 +242,10 @@ def test_takes_of_less_than_a_second_are_left_out_and_told(
     bvh.write(root / "lafan1" / "aiming9_subject1.bvh", motion, scale=100.0)
     data = LafanDog(str(root))
     assert {info.clip for info in data.cases("retarget", "self")} == names
-    told = (
+    note = (
         f"1 takes left out: aiming9_subject1 (has {frames} frames at 30 per second; clips have 30 or more)"
     )
-    assert told in data.notes
+    assert note in data.notes
     for name in PEOPLE:
         (root / "lafan1" / f"{name}.bvh").unlink()
     with pytest.raises(BenchError, match=f"no take of a person can be used: .*has {frames} frames"):

@@ -141,9 +141,9 @@ def test_unequal_lengths_drop_the_pairs_and_are_counted(mini):
         "Aj>BigVegas",
         "BigVegas>Aj",
     }
-    said = note(dataset, "unequal")
-    assert said.startswith("4 ordered pairs in 1 clip left out")
-    assert "Aj 10, BigVegas 10, Mousey_m 20 frames" in said
+    text = note(dataset, "unequal")
+    assert text.startswith("4 ordered pairs in 1 clip left out")
+    assert "Aj 10, BigVegas 10, Mousey_m 20 frames" in text
 
 
 def test_missing_clips_are_counted(mini):
@@ -187,7 +187,7 @@ def test_wrong_roots_say_what_to_give(mini, tmp_path):
     (tmp_path / "empty").mkdir()
     (tmp_path / "fbx" / "Aj").mkdir(parents=True)
     (tmp_path / "fbx" / "Aj" / "Walk.fbx").touch()
-    for given, said in {
+    for given, message in {
         "": "--root DIR",
         str(tmp_path / "nowhere"): "there is no folder",
         str(root / "Aj"): f"--root {root.resolve()}",
@@ -196,7 +196,7 @@ def test_wrong_roots_say_what_to_give(mini, tmp_path):
         str(tmp_path / "empty"): "it holds nothing",
         str(tmp_path / "fbx"): r"\.fbx files, and only BVH is read",
     }.items():
-        with pytest.raises(BenchError, match=said):
+        with pytest.raises(BenchError, match=message):
             Mixamo(given).cases("retarget", "self")
 
 
@@ -215,7 +215,7 @@ def test_the_folders_of_the_archive_that_are_no_characters_do_not_count(mini):
 
 
 @pytest.mark.parametrize(
-    ("parameters", "said"),
+    ("parameters", "message"),
     [
         ({"fps": 0.0}, "not a frame rate"),
         ({"protocol": "folds", "fold": 5}, "folds are 0 to 4"),
@@ -224,8 +224,8 @@ def test_the_folders_of_the_archive_that_are_no_characters_do_not_count(mini):
         ({"part": "validation"}, "protocol=all tests every clip and leaves none to train on"),
     ],
 )
-def test_parameters_that_make_no_sense(parameters, said):
-    with pytest.raises(BenchError, match=said):
+def test_parameters_that_make_no_sense(parameters, message):
+    with pytest.raises(BenchError, match=message):
         Mixamo("anywhere", **parameters)
 
 
@@ -238,8 +238,8 @@ def test_san_asks_for_its_pairs_and_calls_part_of_them_partial(mini):
     assert pairs["intra"] == {"Mousey_m>Goblin_m", "Goblin_m>Mousey_m"}
     assert pairs["self"] == {"Mousey_m>Mousey_m", "Goblin_m>Goblin_m"}
     assert dataset.label == "mixamo san-partial (2 of 106 clips, 6 of 20 pairs)"
-    said = note(dataset, "not the papers' test set")
-    assert "12 of its 2120 cases, with 2 of 106 clips and 2 of 4 target characters" in said
+    text = note(dataset, "not the papers' test set")
+    assert "12 of its 2120 cases, with 2 of 106 clips and 2 of 4 target characters" in text
     assert {info.frames for info in every_case(dataset)} == {12}
     case = dataset.load(dataset.cases("retarget", "cross")[0])
     assert case.source.frames == case.reference.frames == 12
@@ -299,15 +299,15 @@ def test_what_a_fold_trains_on_is_in_no_case_of_it(mini):
         dataset = fold(root, number)
         shown = {info.clip for info in every_case(dataset)}
         steering = {info.clip for info in every_case(dataset.validation())}
-        trained = {name: clips for mine in dataset.training().values() for name, clips in mine.items()}
+        trained = {name: clips for cast in dataset.training().values() for name, clips in cast.items()}
         learned = {clip for clips in trained.values() for clip in clips.names}
         assert sorted([*shown, *steering, *learned]) == names
         assert not set(dataset.held_out) & set(trained)
         for info in every_case(dataset.validation()):
             assert {info.source, info.target} <= set(trained)
-        seen = dataset.training_manifest()
-        assert set(seen["characters"]) == set(trained)
-        assert set(seen["clips"]) == learned | steering
+        manifest = dataset.training_manifest()
+        assert set(manifest["characters"]) == set(trained)
+        assert set(manifest["clips"]) == learned | steering
         assert dataset.validation().label == f"mixamo fold {number} of 5, validation"
         assert "papers' own test clips" in dataset.card.summary
         assert dataset.label == f"mixamo fold {number} of 5"
@@ -320,7 +320,7 @@ def test_san_is_steered_by_a_fifth_of_what_it_may_train_on(mini):
     (root / "test_list.txt").write_text("Clip a.bvh\nClip b.bvh\n")
     dataset = Mixamo(str(root), protocol="san")
     steering = every_case(dataset.validation())
-    trained = {name: clips for mine in dataset.training().values() for name, clips in mine.items()}
+    trained = {name: clips for cast in dataset.training().values() for name, clips in cast.items()}
     assert {info.clip for info in steering} == {name for name in names[2:] if protocols.fold_of(name) == 0}
     assert set(trained) == {name for info in steering for name in (info.source, info.target)}
     assert not set(trained) & set(SAN[1:])
@@ -386,9 +386,9 @@ def test_training_pairs_are_clips_that_two_characters_perform_alike(mini):
     root = mini(dict.fromkeys(("Aj", "BigVegas", "Mousey_m"), names), frames=6)
     dataset = fold(root, 0)
     alone, uneven, *_ = sorted(
-        {clip for mine in dataset.training()["mixamo-A"].values() for clip in mine.names}
+        {clip for cast in dataset.training()["mixamo-A"].values() for clip in cast.names}
     )
-    free = sorted({name for mine in dataset.training().values() for name in mine})
+    free = sorted({name for cast in dataset.training().values() for name in cast})
     for name in free[1:]:
         (root / name / f"{alone}.bvh").unlink()
     mini({free[-1]: [uneven]}, frames=9)

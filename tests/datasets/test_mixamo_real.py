@@ -56,14 +56,14 @@ def errors(case, prediction):
 def by_pair(root):
     dataset = Mixamo(root, structure="body22", fps=60.0)
     method = CopyRotations(root_rule="root_offset")
-    found = defaultdict(list)
+    pairs = defaultdict(list)
     for split in ("intra", "cross"):
         for info in dataset.cases("retarget", split):
             case = dataset.load(info)
             assert len(case.target.skeleton) == 22
             prediction = method.retarget(case.source, case.target, context=Context())
-            found[info.source, info.target].append(errors(case, prediction))
-    return {pair: np.mean(rows, axis=0) for pair, rows in found.items()}
+            pairs[info.source, info.target].append(errors(case, prediction))
+    return {pair: np.mean(rows, axis=0) for pair, rows in pairs.items()}
 
 
 @pytest.mark.parametrize("group", GROUPS)

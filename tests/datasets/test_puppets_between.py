@@ -76,9 +76,9 @@ def test_kinds_are_those_of_the_motion() -> None:
     }
     disagree = []
     for info in seen.values():
-        told = action(data.load(info).source)
-        if told != info.kind and info.kind != "sit":
-            disagree.append((info.clip, info.kind, told))
+        kind = action(data.load(info).source)
+        if kind != info.kind and info.kind != "sit":
+            disagree.append((info.clip, info.kind, kind))
     assert len(seen) > 40
     assert len(disagree) <= 0.1 * len(seen), disagree
     assert {

@@ -102,19 +102,19 @@ def test_the_cast_is_large_enough_and_part_of_it_held_out() -> None:
     count = Counter(body.structure.name for body in BODIES.values())
     for structure, least in {"body22": 12, "body28": 12, "body23": 6, "h36m17": 6}.items():
         assert count[structure] >= least
-        mine = [body for body in BODIES.values() if body.structure.name == structure]
-        held = sum(body.held_out for body in mine)
-        assert held == len(mine) if structure == "h36m17" else 0.25 <= held / len(mine) <= 0.5
-        assert {body.rest for body in mine} == set(rigs.RESTS)
+        bodies = [body for body in BODIES.values() if body.structure.name == structure]
+        held = sum(body.held_out for body in bodies)
+        assert held == len(bodies) if structure == "h36m17" else 0.25 <= held / len(bodies) <= 0.5
+        assert {body.rest for body in bodies} == set(rigs.RESTS)
 
 
 def test_the_page_about_the_bodies_says_who_there_is() -> None:
     page = Path(structures.__file__).with_name("README.md").read_text()
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines()]
-    told = {row[0]: row for row in rows if len(row) == 8 and row[0] in BODIES}
-    assert list(told) == list(BODIES)
+    listed = {row[0]: row for row in rows if len(row) == 8 and row[0] in BODIES}
+    assert list(listed) == list(BODIES)
     for body in BODIES.values():
-        _, structure, _, _, stature, legs, arms, held = told[body.name]
+        _, structure, _, _, stature, legs, arms, held = listed[body.name]
         p = body.proportions
         assert structure == body.structure.name
         assert stature == f"{crown(p):.2f}"
@@ -186,14 +186,14 @@ def test_the_engine_finds_limbs_along_one_axis_from_a_sample(name: str) -> None:
         solve(KINDS[kind](Stream("sample", kind), 150), body) for kind in ("walk", "wave", "squat")
     ]
     sample = np.concatenate([rigs.rotations(each.orientations, body, who) for each in solutions])
-    told = Character.of(name, who.skeleton, roles=who.roles, sample=sample)
-    apart = np.degrees(rotation.angle(told.reference_globals, who.reference_globals))
+    character = Character.of(name, who.skeleton, roles=who.roles, sample=sample)
+    apart = np.degrees(rotation.angle(character.reference_globals, who.reference_globals))
     limbs = [
         j for role, j in who.joint_of.items() if not role.startswith(("spine", "neck", "head", "hips"))
     ]
     assert apart[limbs].max() < 3.0
     assert apart.max() < 20.0
-    assert abs(told.measures.hip_height - who.measures.hip_height) < 0.005
+    assert abs(character.measures.hip_height - who.measures.hip_height) < 0.005
 
 
 def test_joints_that_never_turn_have_no_rotation() -> None:
@@ -207,9 +207,9 @@ def test_joints_that_never_turn_have_no_rotation() -> None:
 
 def test_structures_are_those_of_the_papers() -> None:
     """Names and parents that the engine's own reductions ask for; nothing is left out by them."""
-    for name, structure, wanted in (("quinn", "S23", S23), ("clara", "S28", S28)):
+    for name, structure, expected in (("quinn", "S23", S23), ("clara", "S28", S28)):
         who = rigs.character(BODIES[name])
-        assert set(who.skeleton.names) == set(wanted)
+        assert set(who.skeleton.names) == set(expected)
         assert len(reduce(who, structure).joints) == len(who.skeleton)
         assert reduce(who, "body22").character.joint_of.keys() >= set(ESSENTIAL)
     pelvis = rigs.character(BODIES["quinn"]).skeleton

@@ -8,8 +8,8 @@ import pytest
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.bodies import clothes, rigs
 from retarget_bench.datasets.puppets.bodies.characters import BODIES, DOGS
-from retarget_bench.datasets.puppets.bodies.flesh import Flesh
 from retarget_bench.datasets.puppets.bodies.structures import Body
+from retarget_bench.datasets.puppets.bodies.volume import BodyVolume
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.mesh import Mesh
 
@@ -43,7 +43,7 @@ def test_triangles_weights_and_order_are_those_of_the_skin(both: Both) -> None:
 def test_cloth_lies_on_or_off_the_flesh_and_never_in_it(both: Both) -> None:
     body, bare, clothed = both
     off = np.linalg.norm(clothed.vertices - bare.vertices, axis=-1)
-    assert Flesh(body, 0.0).field(clothed.vertices).min() > -1e-4
+    assert BodyVolume(body, 0.0).field(clothed.vertices).min() > -1e-4
     assert off.max() < (1.0 + 0.6) * 0.5 * body.proportions.girth
     assert 0.1 < off.mean() / body.proportions.girth < 0.4
     assert volume(clothed) > 1.2 * volume(bare)
@@ -75,13 +75,13 @@ def test_cloth_is_as_loose_as_the_joints_under_it_allow(both: Both) -> None:
 def test_noise_is_smooth_bounded_and_everybodys_own() -> None:
     ada, boris = BODIES["ada"], BODIES["boris"]
     points = np.random.default_rng(0).uniform(-1.0, 1.0, (4000, 3))
-    found = clothes.noise(ada, points)
-    assert np.abs(found).max() <= 1.0
-    assert found.std() > 0.1
+    noise = clothes.noise(ada, points)
+    assert np.abs(noise).max() <= 1.0
+    assert noise.std() > 0.1
     # the shortest wave is two girths long: no slope is steeper than pi / girth
     near = clothes.noise(ada, points + np.array([1e-4, 0.0, 0.0]))
-    assert np.abs(near - found).max() <= 1e-4 * np.pi / ada.proportions.girth
-    assert np.abs(clothes.noise(boris, points) - found).max() > 0.5
+    assert np.abs(near - noise).max() <= 1e-4 * np.pi / ada.proportions.girth
+    assert np.abs(clothes.noise(boris, points) - noise).max() > 0.5
 
 
 def test_normals_of_a_ball_point_outward() -> None:

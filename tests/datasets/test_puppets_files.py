@@ -47,19 +47,19 @@ def test_a_damaged_cache_is_noticed_and_rebuilt(cache: Path, damage: str) -> Non
     info = generated().cases("retarget", "cross")[0]
     good = generated().load(info).reference
     (file,) = [path for path in cached(cache) if path.name == f"{info.target}-usual.npz"]
-    whole = file.read_bytes()
+    content = file.read_bytes()
     if damage == "flip":
-        place = len(whole) // 2
-        file.write_bytes(whole[:place] + bytes([whole[place] ^ 0xFF]) + whole[place + 1 :])
+        place = len(content) // 2
+        file.write_bytes(content[:place] + bytes([content[place] ^ 0xFF]) + content[place + 1 :])
     elif damage == "other":
         np.savez(file, something=np.zeros(3))
     elif damage == "exchanged":
         file.write_bytes(next(path for path in cached(cache) if path != file).read_bytes())
     else:
-        file.write_bytes(whole[: len(whole) // 3] if damage == "cut" else b"")
+        file.write_bytes(content[: len(content) // 3] if damage == "cut" else b"")
     assert np.array_equal(generated().load(info).reference.rotations, good.rotations)
     assert np.array_equal(generated().load(info).reference.root, good.root)
-    assert file.read_bytes() == whole
+    assert file.read_bytes() == content
 
 
 def test_a_cache_that_cannot_be_written_costs_nothing_but_time(
@@ -122,9 +122,9 @@ class FewBodies(Few):
 
 def exported(folder: Path, stop: int = 10**6, form: str = "bvh") -> None:
     data = Few() if form == "bvh" else FewBodies()
-    for done, total in dataset_export.export(data, "puppets", folder, form):
-        assert 0 < done <= total == 16
-        if done == stop:
+    for count, total in dataset_export.export(data, "puppets", folder, form):
+        assert 0 < count <= total == 16
+        if count == stop:
             return
 
 
@@ -134,8 +134,8 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 def test_an_export_holds_what_the_corpus_holds(tmp_path: Path) -> None:
     exported(tmp_path / "out")
-    found = contents(tmp_path / "out")
-    manifest = json.loads(found["manifest.json"])
+    files = contents(tmp_path / "out")
+    manifest = json.loads(files["manifest.json"])
     assert {row["part"] for row in manifest["cases"]} == {"test", "validation"}
     assert len(manifest["cases"]) == 12
     data = Few()
@@ -150,7 +150,7 @@ def test_an_export_holds_what_the_corpus_holds(tmp_path: Path) -> None:
             motion = getattr(case, key)
             again = motion.character.motion(back.rotations, back.root, back.fps)
             np.testing.assert_allclose(again.positions, motion.positions, rtol=0, atol=1e-6)
-        labels = json.loads(found[row["labels_file"]])
+        labels = json.loads(files[row["labels_file"]])
         for column, role in enumerate(case.contacts.roles):
             planted = np.zeros(info.frames, dtype=bool)
             for first, end in labels["planted"][role]:
@@ -159,17 +159,17 @@ def test_an_export_holds_what_the_corpus_holds(tmp_path: Path) -> None:
         assert labels["kind"][0][1] == 0
         assert labels["kind"][-1][2] == info.frames == len(labels["phase"])
     assert len(manifest["training"]) == 4
-    assert {row["file"] for row in manifest["training"]} <= set(found)
-    sums = dict(line.split("  ")[::-1] for line in found["SHA256SUMS"].decode().splitlines())
-    assert set(sums) == set(found) - {"SHA256SUMS"}
-    assert all(hashlib.sha256(found[name]).hexdigest() == total for name, total in sums.items())
+    assert {row["file"] for row in manifest["training"]} <= set(files)
+    sums = dict(line.split("  ")[::-1] for line in files["SHA256SUMS"].decode().splitlines())
+    assert set(sums) == set(files) - {"SHA256SUMS"}
+    assert all(hashlib.sha256(files[name]).hexdigest() == total for name, total in sums.items())
 
 
 def test_an_export_as_glb_has_the_motions_and_the_skins(tmp_path: Path) -> None:
     exported(tmp_path / "out", form="glb")
-    found = contents(tmp_path / "out")
-    assert {Path(name).suffix for name in found if "/" in name} == {".glb", ".json"}
-    manifest = json.loads(found["manifest.json"])
+    files = contents(tmp_path / "out")
+    assert {Path(name).suffix for name in files if "/" in name} == {".glb", ".json"}
+    manifest = json.loads(files["manifest.json"])
     assert manifest["conventions"].startswith("GLB (glTF 2.0) in metres")
     data = FewBodies()
     row, info = manifest["cases"][0], data.cases("retarget", "self")[0]

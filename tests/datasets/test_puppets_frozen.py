@@ -42,33 +42,33 @@ def assert_same_motion(one: Motion | None, other: Motion | None, what: str) -> N
     assert np.abs(one.rotations - other.rotations).max() < NEAR, what
 
 
-def assert_same_case(kept: Frozen, made: Generated, info: CaseInfo) -> None:
-    mine, theirs = kept.load(info), made.load(info)
-    assert_same_motion(mine.source, theirs.source, info.id)
-    if theirs.reference is None:
-        assert (mine.reference, mine.alternative, mine.contacts, mine.touches) == (None,) * 4
+def assert_same_case(frozen: Frozen, generated: Generated, info: CaseInfo) -> None:
+    case, expected = frozen.load(info), generated.load(info)
+    assert_same_motion(case.source, expected.source, info.id)
+    if expected.reference is None:
+        assert (case.reference, case.alternative, case.contacts, case.touches) == (None,) * 4
         return
-    assert_same_motion(mine.reference, theirs.reference, info.id)
-    if info.source != info.target or mine.alternative is not None:
-        assert_same_motion(mine.alternative, theirs.alternative, info.id)
-    assert mine.contacts.roles == theirs.contacts.roles
-    assert np.array_equal(mine.contacts.planted, theirs.contacts.planted)
-    assert np.array_equal(mine.contacts.pivoting, theirs.contacts.pivoting)
-    assert (mine.ground.heights is None) == (theirs.ground.heights is None)
-    if theirs.ground.heights is not None:
-        assert np.abs(mine.ground.heights - theirs.ground.heights).max() < NEAR
-        assert mine.ground.origin == pytest.approx(theirs.ground.origin, abs=NEAR)
-        assert mine.ground.spacing == pytest.approx(theirs.ground.spacing, abs=NEAR)
-    for one, other in zip(mine.touches, theirs.touches, strict=True):
+    assert_same_motion(case.reference, expected.reference, info.id)
+    if info.source != info.target or case.alternative is not None:
+        assert_same_motion(case.alternative, expected.alternative, info.id)
+    assert case.contacts.roles == expected.contacts.roles
+    assert np.array_equal(case.contacts.planted, expected.contacts.planted)
+    assert np.array_equal(case.contacts.pivoting, expected.contacts.pivoting)
+    assert (case.ground.heights is None) == (expected.ground.heights is None)
+    if expected.ground.heights is not None:
+        assert np.abs(case.ground.heights - expected.ground.heights).max() < NEAR
+        assert case.ground.origin == pytest.approx(expected.ground.origin, abs=NEAR)
+        assert case.ground.spacing == pytest.approx(expected.ground.spacing, abs=NEAR)
+    for one, other in zip(case.touches, expected.touches, strict=True):
         assert (one.end, one.bearing) == (other.end, other.bearing)
         assert np.abs(np.array([one.point, one.place]) - [other.point, other.place]).max() < NEAR
         assert np.array_equal(one.rests, other.rests)
-    one, other = kept.labels(info), made.labels(info)
+    one, other = frozen.labels(info), generated.labels(info)
     assert one.kind.tolist() == other.kind.tolist()
     assert np.abs(one.phase - other.phase).max() < NEAR
     assert list(one.touches) == list(other.touches)
     assert all(np.array_equal(one.touches[name], other.touches[name]) for name in one.touches)
-    assert kept.unseen(info) == made.unseen(info)
+    assert frozen.unseen(info) == generated.unseen(info)
 
 
 def every(corpus: Frozen | Generated) -> Iterator[CaseInfo]:
@@ -82,61 +82,61 @@ def every(corpus: Frozen | Generated) -> Iterator[CaseInfo]:
 
 @pytest.mark.parametrize("part", get_args(Part))
 def test_the_lists_are_those_of_the_generator(part: Part) -> None:
-    kept, made = Frozen(part), Generated("tiny", part)
-    assert list(every(kept)) == list(every(made))
-    assert list(kept.clips.items()) == list(made.clips.items())
-    assert list(kept.performers().items()) == list(made.performers().items())
-    assert kept.exclusions() == made.exclusions()
-    assert (kept.bodies, list(kept.cast)) == (made.bodies, list(made.cast))
-    assert kept.training_manifest() == made.training_manifest()
-    for structure, mine in made.training().items():
-        for name, clips in mine.items():
-            found = kept.training()[structure][name]
+    frozen, generated = Frozen(part), Generated("tiny", part)
+    assert list(every(frozen)) == list(every(generated))
+    assert list(frozen.clips.items()) == list(generated.clips.items())
+    assert list(frozen.performers().items()) == list(generated.performers().items())
+    assert frozen.exclusions() == generated.exclusions()
+    assert (frozen.bodies, list(frozen.cast)) == (generated.bodies, list(generated.cast))
+    assert frozen.training_manifest() == generated.training_manifest()
+    for structure, cast in generated.training().items():
+        for name, clips in cast.items():
+            found = frozen.training()[structure][name]
             assert (found.names, found.frames, found.character) == (clips.names, clips.frames, name)
 
 
 def test_some_of_all_is_what_the_generator_makes() -> None:
     """A case of each structure and of stairs, a case between legs, a training clip, and a skin."""
-    kept, made = Frozen("test"), Generated("tiny", "test")
-    of_structure = {kept.cast[info.target].structure: info for info in kept.cases("intra")}
-    stairs = next(info for info in kept.cases("cross") if info.kind == "stairs_down")
-    touching = next(info for info in kept.cases("cross") if info.kind == "hands_on_hips")
-    for info in (*of_structure.values(), stairs, touching, kept.between_legs()[0]):
-        assert_same_case(kept, made, info)
-    name = next(iter(kept.training()["dog21"]))
-    assert_same_motion(kept.training()["dog21"][name][0], made.training()["dog21"][name][0], name)
-    assert_same_body(kept, made, "pip")
+    frozen, generated = Frozen("test"), Generated("tiny", "test")
+    of_structure = {frozen.cast[info.target].structure: info for info in frozen.cases("intra")}
+    stairs = next(info for info in frozen.cases("cross") if info.kind == "stairs_down")
+    touching = next(info for info in frozen.cases("cross") if info.kind == "hands_on_hips")
+    for info in (*of_structure.values(), stairs, touching, frozen.between_legs()[0]):
+        assert_same_case(frozen, generated, info)
+    name = next(iter(frozen.training()["dog21"]))
+    assert_same_motion(frozen.training()["dog21"][name][0], generated.training()["dog21"][name][0], name)
+    assert_same_body(frozen, generated, "pip")
 
 
-def assert_same_body(kept: Frozen, made: Generated, name: str) -> None:
-    one, other = kept.cast[name], made.cast[name]
+def assert_same_body(frozen: Frozen, generated: Generated, name: str) -> None:
+    one, other = frozen.cast[name], generated.cast[name]
     assert one.skeleton.same_as(other.skeleton, NEAR)
     assert (one.structure, one.roles) == (other.structure, other.roles)
     assert one.measures.__dict__ == pytest.approx(other.measures.__dict__, abs=NEAR)
     assert np.abs(one.reference_pose - other.reference_pose).max() < NEAR
     for site, there in zip(one.skeleton.end_sites, other.skeleton.end_sites, strict=True):
         assert (site.parent, site.offset) == (there.parent, pytest.approx(there.offset, abs=NEAR))
-    mine, theirs = one.mesh, other.mesh
-    assert mine is not None
-    assert theirs is not None
-    assert np.array_equal(mine.faces, theirs.faces)
-    assert np.abs(mine.vertices - theirs.vertices).max() < NEAR
-    assert np.abs(mine.weights - theirs.weights).max() < NEAR
+    mesh, expected = one.mesh, other.mesh
+    assert mesh is not None
+    assert expected is not None
+    assert np.array_equal(mesh.faces, expected.faces)
+    assert np.abs(mesh.vertices - expected.vertices).max() < NEAR
+    assert np.abs(mesh.weights - expected.weights).max() < NEAR
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", get_args(Part))
 def test_all_is_what_the_generator_makes(part: Part) -> None:
-    kept, made = Frozen(part), Generated("tiny", part)
-    for info in every(kept):
-        assert_same_case(kept, made, info)
+    frozen, generated = Frozen(part), Generated("tiny", part)
+    for info in every(frozen):
+        assert_same_case(frozen, generated, info)
     if part == "test":
-        for structure, mine in made.training().items():
-            for name, clips in mine.items():
+        for structure, cast in generated.training().items():
+            for name, clips in cast.items():
                 for number, motion in enumerate(clips):
-                    assert_same_motion(kept.training()[structure][name][number], motion, name)
-        for name in kept.cast:
-            assert_same_body(kept, made, name)
+                    assert_same_motion(frozen.training()[structure][name][number], motion, name)
+        for name in frozen.cast:
+            assert_same_body(frozen, generated, name)
 
 
 @pytest.mark.slow
@@ -225,18 +225,20 @@ def everything() -> None:
 @pytest.mark.parametrize("harm", ["flip", "cut", "lose"])
 def test_damaged_files_are_told_in_one_sentence(copied: Path, name: str, harm: str) -> None:
     path = copied / name
-    whole = path.read_bytes()
+    content = path.read_bytes()
     everything()
     forget()
     if harm == "lose":
         path.unlink()
     else:
-        half = len(whole) // 2
-        path.write_bytes(whole[:half] + (bytes([whole[half] ^ 1]) + whole[half + 1 :]) * (harm == "flip"))
-    with pytest.raises(FileError, match=r"install the package again$") as told:
+        half = len(content) // 2
+        path.write_bytes(
+            content[:half] + (bytes([content[half] ^ 1]) + content[half + 1 :]) * (harm == "flip")
+        )
+    with pytest.raises(FileError, match=r"install the package again$") as caught:
         everything()
-    assert str(told.value).startswith(str(copied))
-    assert "\n" not in str(told.value)
+    assert str(caught.value).startswith(str(copied))
+    assert "\n" not in str(caught.value)
 
 
 def test_a_checkout_may_change_line_ends(copied: Path) -> None:
@@ -253,14 +255,14 @@ def imported_by(folder: Path, *words: object) -> set[str]:
         "RETARGET_BENCH_CACHE": str(folder / "cache"),
     }
     command = [sys.executable, "-m", "retarget_bench", *map(str, words)]
-    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr[-2000:]
-    return set(re.findall(rf"{re.escape(puppets.__name__)}\.([\w.]+)$", done.stderr, re.MULTILINE))
+    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr[-2000:]
+    return set(re.findall(rf"{re.escape(puppets.__name__)}\.([\w.]+)$", result.stderr, re.MULTILINE))
 
 
 def test_a_run_imports_nothing_of_the_generator_and_keeps_nothing(tmp_path: Path) -> None:
-    asked = ("copy_rotations", "other_clip", "--limit", 2, "-j", 1, "--out", tmp_path / "runs")
-    assert imported_by(tmp_path, "run", *asked) == READERS
+    arguments = ("copy_rotations", "other_clip", "--limit", 2, "-j", 1, "--out", tmp_path / "runs")
+    assert imported_by(tmp_path, "run", *arguments) == READERS
     assert not (tmp_path / "cache" / "puppets").exists()
     assert len([*(tmp_path / "runs").rglob("copy_rotations/*.npz")]) >= 6
 

@@ -95,25 +95,25 @@ def test_the_second_part_goes_on_from_where_the_first_ended() -> None:
     """One foot stays to the last digit, the heading is the same, and the part is otherwise unchanged."""
     first, second = drawn("wave"), drawn("kick_side")
     for anchor in SIDES:
-        whole = joined(first, second, anchor)
+        combined = joined(first, second, anchor)
         assert (
-            len(whole.feet[anchor].plants)
-            == len(first.feet[anchor].plants) + len(second.feet[anchor].plants) - 1
+            len(combined.feet[anchor].contacts)
+            == len(first.feet[anchor].contacts) + len(second.feet[anchor].contacts) - 1
         )
-        assert whole.heading[first.frames] == pytest.approx(first.heading[-1], abs=1e-9)
-        np.testing.assert_array_equal(whole.height[-second.frames :], second.height)
+        assert combined.heading[first.frames] == pytest.approx(first.heading[-1], abs=1e-9)
+        np.testing.assert_array_equal(combined.height[-second.frames :], second.height)
         np.testing.assert_allclose(
-            np.diff(whole.heading[-second.frames :]), np.diff(second.heading), atol=1e-12
+            np.diff(combined.heading[-second.frames :]), np.diff(second.heading), atol=1e-12
         )
 
 
 def test_bridges_keep_value_and_speed() -> None:
     t = np.arange(40.0)
     a, b = 0.02 * t, 3.0 - 0.05 * t
-    whole = bridged(a, b, 30)
-    assert whole.shape == (110,)
-    np.testing.assert_array_equal(whole[:40], a)
-    np.testing.assert_array_equal(whole[-40:], b)
-    assert np.abs(np.diff(whole, 2)).max() < 0.03
+    combined = bridged(a, b, 30)
+    assert combined.shape == (110,)
+    np.testing.assert_array_equal(combined[:40], a)
+    np.testing.assert_array_equal(combined[-40:], b)
+    assert np.abs(np.diff(combined, 2)).max() < 0.03
     still = bridged(np.ones(5), np.ones(7), 20, 0.0, 1.0)
     assert (still == 1.0).all()

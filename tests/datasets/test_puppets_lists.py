@@ -61,19 +61,19 @@ def test_every_character_and_kind_is_in_every_split(size: str, part: str, most: 
         aside = {name for name in names if name in VALIDATION_BODIES and part == "validation"}
         structures = {family.bodies[name].structure.name for name in names}
         for split in SPLITS:
-            mine = [info for info in data.cases("retarget", split) if info.kind in kinds]
+            cases = [info for info in data.cases("retarget", split) if info.kind in kinds]
             if split == "cross" and len(structures) == 1:
-                assert not mine
+                assert not cases
                 continue
-            assert {info.kind for info in mine} == set(kinds)
+            assert {info.kind for info in cases} == set(kinds)
             for side in ("source", "target"):
-                count = Counter(getattr(info, side) for info in mine)
+                count = Counter(getattr(info, side) for info in cases)
                 assert set(count) >= (aside or set(names))
                 for equals in (aside, set(names) - aside):
                     numbers = [count[name] for name in equals]
                     assert max(numbers, default=0) <= 2 + 1.6 * min(numbers, default=0)
             if aside:
-                assert all({info.source, info.target} & aside for info in mine)
+                assert all({info.source, info.target} & aside for info in cases)
 
 
 def test_sizes_are_what_they_say() -> None:
@@ -85,7 +85,7 @@ def test_sizes_are_what_they_say() -> None:
     assert 90 <= lengths[0] < max(f for f in lengths if f < 1800) <= 240
     large = Puppets(size="large")
     assert every(large) == every(Puppets(size="default"))
-    hours = sum(c.frames for mine in large.training().values() for c in mine.values()) / 30 / 3600
+    hours = sum(c.frames for cast in large.training().values() for c in cast.values()) / 30 / 3600
     assert hours > 20
 
 
@@ -96,25 +96,25 @@ def test_a_name_stands_for_one_clip() -> None:
         data = Puppets(size=size)
         for part in data.parts().values():
             names += sorted({info.clip for info in every(part)}) if size != "large" else []
-        names += [name for mine in data.training().values() for c in mine.values() for name in c.names]
+        names += [name for cast in data.training().values() for c in cast.values() for name in c.names]
     assert len(set(names)) == len(names)
 
 
 def test_training_is_unpaired_and_without_what_is_held_out() -> None:
     data = Puppets(size="default")
-    seen = data.training_manifest()
+    manifest = data.training_manifest()
     names: list[str] = []
-    for structure, mine in data.training().items():
+    for structure, cast in data.training().items():
         assert structure not in HELD_OUT_STRUCTURES
-        assert structure in seen["structures"]
-        for name, own in mine.items():
-            assert name in seen["characters"]
-            assert name not in seen["validation"]
+        assert structure in manifest["structures"]
+        for name, own in cast.items():
+            assert name in manifest["characters"]
+            assert name not in manifest["validation"]
             assert data.characters()[name].structure == structure
             assert len(own) == len(own.names) > 20
             names += own.names
     kinds = {name.split("-")[0] for name in names}
-    assert kinds == set(seen["kinds"])
+    assert kinds == set(manifest["kinds"])
     assert not kinds & set(HELD_OUT_KINDS)
     assert len(set(names)) == len(names)
     one = next(iter(data.training()["body22"].values()))
@@ -145,14 +145,14 @@ def test_training_is_steered_by_bodies_that_it_goes_without(size: str) -> None:
 
 def test_what_is_unseen_is_marked() -> None:
     data = Puppets(size="default")
-    seen = data.training_manifest()
+    manifest = data.training_manifest()
     marks = Counter()
     for split in SPLITS:
         for info in data.cases("retarget", split):
             new = data.unseen(info)
-            assert ("source" in new) == (info.source not in seen["characters"])
-            assert ("target" in new) == (info.target not in seen["characters"])
-            assert ("kind" in new) == (info.kind not in seen["kinds"])
+            assert ("source" in new) == (info.source not in manifest["characters"])
+            assert ("target" in new) == (info.target not in manifest["characters"])
+            assert ("kind" in new) == (info.kind not in manifest["kinds"])
             marks[split, "target" in new or "source" in new, "kind" in new] += 1
     validation = Puppets(size="default", part="validation")
     assert not any(validation.unseen(info) for info in every(validation))

@@ -61,7 +61,7 @@ def test_runners_fly_and_walkers_do_not() -> None:
     for kind, flies in (("jog", True), ("run", True), ("walk", False), ("march", False), ("sneak", False)):
         for number in range(3):
             this = score(kind, number)
-            plants = this.feet["left"].plants
+            plants = this.feet["left"].contacts
             shares = [
                 (a.off - a.strike) / (b.strike - a.strike)
                 for a, b in pairwise(plants)

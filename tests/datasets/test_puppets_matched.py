@@ -13,7 +13,7 @@ from retarget_bench.datasets.puppets.bodies.characters import DOGS
 from retarget_bench.datasets.puppets.bodies.dogs import PAWS
 from retarget_bench.datasets.puppets.corpus.clips import shortfalls
 from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, bodies_of, families
-from retarget_bench.datasets.puppets.corpus.matched import LOCOMOTION, Match, Performance, going
+from retarget_bench.datasets.puppets.corpus.matched import LOCOMOTION, Match, Performance, locomotion_labels
 from retarget_bench.datasets.puppets.performances.dogs.following import PARTNERS, follow
 from retarget_bench.datasets.puppets.performances.people import KINDS as PEOPLE
 from retarget_bench.datasets.puppets.randomness import Stream
@@ -43,8 +43,8 @@ def off_the_way(motion: Motion, leg: float, heading: np.ndarray, speed: np.ndarr
     ahead = np.stack([np.sin(heading), np.cos(heading)], axis=-1)
     # what is covered in half a second along the way, and what the labels add up to in it
     went = ((middle[1:] - middle[:-1]) * 0.5 * (ahead[1:] + ahead[:-1])).sum(axis=-1)
-    said = 0.5 * (speed[1:] + speed[:-1]) / 30.0
-    gaps = np.convolve(went - said, np.ones(HALF), mode="valid") * 30.0 / HALF
+    expected = 0.5 * (speed[1:] + speed[:-1]) / 30.0
+    gaps = np.convolve(went - expected, np.ones(HALF), mode="valid") * 30.0 / HALF
     return float(np.abs(gaps).max()), float(np.degrees(np.abs(np.angle(turned))).max())
 
 
@@ -102,15 +102,15 @@ def test_train_and_test_share_nothing() -> None:
     names: list[str] = []
     for size in ("tiny", "default", "large"):
         data = Puppets(size=size)
-        seen = data.training_manifest()
+        manifest = data.training_manifest()
         for part in ("train", "test") if size != "large" else ("train",):
             for matches in data.matched(part).values():
                 for match in matches:
                     for clip, body in (match.biped, match.dog):
                         names.append(clip.name)
-                        assert part == "test" or body in seen["characters"]
+                        assert part == "test" or body in manifest["characters"]
                         assert clip.kind not in HELD_OUT_KINDS
-        names += [name for mine in data.training().values() for c in mine.values() for name in c.names]
+        names += [name for cast in data.training().values() for c in cast.values() for name in c.names]
     assert len(set(names)) == len(names)
 
 
@@ -129,7 +129,7 @@ def test_matched_performances_agree_in_speed_and_heading() -> None:
     """The labels of both are the same, and each dog moves as its labels say."""
     data, found = Puppets(), Counter()
     for match in sampled():
-        one, other = going(match.biped[0]), going(match.dog[0])
+        one, other = locomotion_labels(match.biped[0]), locomotion_labels(match.dog[0])
         frames = match.biped[0].frames
         assert one.kind.shape == one.speed.shape == one.heading.shape == (frames,)
         np.testing.assert_array_equal(other.heading, one.heading)
@@ -150,7 +150,7 @@ def test_kinds_differ_in_speed() -> None:
     fastest: dict[str, float] = {}
     slowest: dict[str, float] = {}
     for match in sampled():
-        speed = float(np.median(going(match.dog[0]).speed))
+        speed = float(np.median(locomotion_labels(match.dog[0]).speed))
         kind = match.locomotion
         fastest[kind] = max(fastest.get(kind, speed), speed)
         slowest[kind] = min(slowest.get(kind, speed), speed)
@@ -172,7 +172,7 @@ def test_they_can_be_trained_on_without_their_pairs() -> None:
     matches = Puppets().matched("train")["body22", "dog21"]
     training = matches.clips()
     assert set(training) == {"body22", "dog21"}
-    assert sum(len(own) for mine in training.values() for own in mine.values()) == 2 * len(matches)
+    assert sum(len(own) for cast in training.values() for own in cast.values()) == 2 * len(matches)
     name, own = next(iter(training["dog21"].items()))
     assert own[0].character.name == name
     assert own[0].frames == own.listed[0].frames

@@ -10,9 +10,9 @@ import pytest
 
 from retarget_bench.datasets.puppets.bodies import meshes, rigs
 from retarget_bench.datasets.puppets.bodies.characters import BODIES, DOGS
-from retarget_bench.datasets.puppets.bodies.flesh import Flesh
 from retarget_bench.datasets.puppets.bodies.meshes import surface
 from retarget_bench.datasets.puppets.bodies.structures import Body
+from retarget_bench.datasets.puppets.bodies.volume import BodyVolume
 from retarget_bench.datasets.puppets.conventions import SIDES
 from retarget_bench.motion import rotation
 from retarget_bench.motion.mesh import Mesh
@@ -66,7 +66,7 @@ def test_it_stands_on_the_floor_and_holds_the_bones(skinned: tuple[Body, Mesh]) 
         height = float(places[body.part["head"], 1]) + 0.24 * p.head
     assert abs(mesh.vertices[:, 1].min()) < 0.002
     assert abs(mesh.vertices[:, 1].max() - height) < 0.03 * height
-    solid = Flesh(body, 0.0)
+    solid = BodyVolume(body, 0.0)
     inner = [j for part, j in body.part.items() if not part.endswith(("_end", "_top"))]
     assert solid.field(places[inner]).max() < 0.0
 
@@ -85,10 +85,6 @@ def test_weights_are_shares_and_every_bone_moves_its_own_skin(skinned: tuple[Bod
     assert mesh.weights[far][:, right].max() < 0.1
 
 
-def p_hip(body: Body) -> float:
-    return body.proportions.hip_half
-
-
 def test_the_rigs_t_pose_shows_the_skin_as_drawn_and_turns_it_whole(skinned: tuple[Body, Mesh]) -> None:
     body, mesh = skinned
     who = rigs.character(body)
@@ -98,8 +94,8 @@ def test_the_rigs_t_pose_shows_the_skin_as_drawn_and_turns_it_whole(skinned: tup
     root = np.stack([who.skeleton.offsets[0], np.array([1.0, 2.0, 3.0])])
     still, turned = mesh.skinned(who.motion(pose, root, 30.0))
     np.testing.assert_allclose(still, mesh.vertices, atol=1e-9)
-    wanted = rotation.rotate(turn, mesh.vertices - root[0]) + root[1]
-    np.testing.assert_allclose(turned, wanted, atol=1e-9)
+    expected = rotation.rotate(turn, mesh.vertices - root[0]) + root[1]
+    np.testing.assert_allclose(turned, expected, atol=1e-9)
 
 
 def test_no_node_of_the_grid_is_so_near_the_skin_that_rounding_could_decide(monkeypatch) -> None:
@@ -147,11 +143,11 @@ SAMPLE = np.array(
 
 def test_a_mesh_is_kept_on_disk_and_drawn_again_when_damaged(cache: Path) -> None:
     first = rigs.character(BODIES["pip"]).mesh
-    (kept,) = cache.rglob("pip-*.npz")
-    before = kept.stat().st_mtime_ns
+    (file,) = cache.rglob("pip-*.npz")
+    before = file.stat().st_mtime_ns
     again = rigs.character(BODIES["pip"]).mesh
-    assert kept.stat().st_mtime_ns == before
-    kept.write_bytes(kept.read_bytes()[:-200])
+    assert file.stat().st_mtime_ns == before
+    file.write_bytes(file.read_bytes()[:-200])
     rebuilt = rigs.character(BODIES["pip"]).mesh
     for other in (again, rebuilt):
         np.testing.assert_array_equal(other.vertices, first.vertices)

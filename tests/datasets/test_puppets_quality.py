@@ -7,84 +7,27 @@ toes of ``h36m17``); what was meant is taken from the scores.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import pytest
+from puppet_takes import Take, played
 
 from retarget_bench.datasets.puppets.bodies import rigs
 from retarget_bench.datasets.puppets.bodies.characters import BODIES
-from retarget_bench.datasets.puppets.bodies.structures import Body
-from retarget_bench.datasets.puppets.conventions import FPS, SIDES, sign
+from retarget_bench.datasets.puppets.conventions import SIDES, sign
 from retarget_bench.datasets.puppets.performances.people import KINDS
-from retarget_bench.datasets.puppets.performances.score import Score
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
 from retarget_bench.datasets.puppets.solver.reach import out_of_reach
-from retarget_bench.datasets.puppets.solver.solve import Solution, solve
+from retarget_bench.datasets.puppets.solver.solve import solve
 from retarget_bench.datasets.puppets.solver.touch_points import touch_point, touching
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import CONTACT_ROLES
-from retarget_bench.motion.motion import Motion
-from retarget_bench.motion.transfer import relative
 
 CLIPS = 4
 """Of each kind; each body performs one of them."""
 FRAMES = 100
-
-
-@dataclass(frozen=True, eq=False)
-class Take:
-    """One clip by one body."""
-
-    name: str
-    body: Body
-    score: Score
-    solution: Solution
-    motion: Motion
-
-    @property
-    def planted(self) -> np.ndarray:
-        """``(frames, 4)`` bool: ankle and toe joint, left and right."""
-        return self.solution.planted
-
-    @cached_property
-    def places(self) -> np.ndarray:
-        """``(frames, parts, 3)`` metres: of the rig as the engine plays it, then of the hidden parts."""
-        solved = self.body.positions(self.solution.orientations, self.solution.root)
-        return np.concatenate([self.motion.positions, solved[:, self.body.structure.joints :]], axis=1)
-
-    @cached_property
-    def turned(self) -> np.ndarray:
-        """``(frames, parts, 4)`` likewise: world orientations against the T-pose."""
-        hidden = self.solution.orientations[:, self.body.structure.joints :]
-        return np.concatenate([relative(self.motion), rotation.from_matrix(hidden)], axis=1)
-
-    def at(self, part: str) -> np.ndarray:
-        """``(frames, 3)`` metres."""
-        return self.places[:, self.body.part[part]]
-
-    @property
-    def feet(self) -> np.ndarray:
-        """``(frames, 4, 3)`` metres: ankle and toe joint, left and right."""
-        return self.places[:, [self.body.part[part] for part in CONTACT_ROLES]]
-
-    def point(self, part: str, offset: np.ndarray) -> np.ndarray:
-        """``(frames, 3)``: a point of a joint's bone, given in the T-pose's axes."""
-        return self.at(part) + rotation.rotate(self.turned[:, self.body.part[part]], offset)
-
-    def relative_angle(self, inner: str, outer: str) -> np.ndarray:
-        """``(frames,)`` degrees between two joints' orientations."""
-        a, b = (self.turned[:, self.body.part[part]] for part in (inner, outer))
-        return np.degrees(rotation.angle(a, b))
-
-    def bend(self, top: str, middle: str, end: str) -> np.ndarray:
-        """``(frames,)`` degrees between two bones; 0 is straight."""
-        upper, lower = self.at(middle) - self.at(top), self.at(end) - self.at(middle)
-        across = np.linalg.norm(np.cross(upper, lower), axis=-1)
-        return np.degrees(np.arctan2(across, (upper * lower).sum(axis=-1)))
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +38,7 @@ def rigged() -> dict[str, Character]:
 @pytest.fixture(scope="module", params=KINDS)
 def takes(request: pytest.FixtureRequest, rigged: dict[str, Character]) -> list[Take]:
     """Every body in one clip of a kind; who cannot reach what it asks is left out, as in the corpus."""
-    kind, found = request.param, []
+    kind, performances = request.param, []
     names = [f"{kind}-{number}" for number in range(CLIPS)]
     scores = [KINDS[kind](Stream("puppets", "quality", name), FRAMES) for name in names]
     for number, body in enumerate(BODIES.values()):
@@ -103,9 +46,8 @@ def takes(request: pytest.FixtureRequest, rigged: dict[str, Character]) -> list[
         solution = solve(score, body)
         if out_of_reach(score, body, solution):
             continue
-        motion = who.motion(rigs.rotations(solution.orientations, body, who), solution.root, FPS)
-        found.append(Take(f"{body.name}/{names[number % CLIPS]}", body, score, solution, motion))
-    return found
+        performances.append(played(f"{body.name}/{names[number % CLIPS]}", body, who, score, solution))
+    return performances
 
 
 def test_few_bodies_cannot_do_what_is_asked(takes: list[Take]) -> None:
@@ -118,20 +60,20 @@ def test_few_bodies_cannot_do_what_is_asked(takes: list[Take]) -> None:
 
 def test_planted_feet_stay_where_they_are(takes: list[Take]) -> None:
     for take in takes:
-        steps = np.linalg.norm(np.diff(take.feet, axis=0), axis=-1)
-        assert steps[take.planted[1:]].max(initial=0.0) < 1e-3, take.name
+        steps = np.linalg.norm(np.diff(take.joints(CONTACT_ROLES), axis=0), axis=-1)
+        assert steps[take.solution.planted[1:]].max(initial=0.0) < 1e-3, take.name
 
 
 def test_labels_miss_no_contact(takes: list[Take]) -> None:
     """Joints that rest to the micrometre and are not labelled can only be at a turning point in the air."""
     for take in takes:
-        still = np.linalg.norm(np.diff(take.feet, axis=0), axis=-1) < 1e-6
+        still = np.linalg.norm(np.diff(take.joints(CONTACT_ROLES), axis=0), axis=-1) < 1e-6
         for column, side in ((0, "left"), (2, "right")):
             kneel = take.score.feet[side].kneel
             # the ankle of a kneeling leg is at rest, but on nothing
             if kneel is not None:
                 still[kneel[1:] == 1.0, column] = False
-        assert (still & ~take.planted[1:]).mean() < 0.01, take.name
+        assert (still & ~take.solution.planted[1:]).mean() < 0.01, take.name
 
 
 def test_a_raised_heel_turns_about_the_toe(takes: list[Take]) -> None:
@@ -139,7 +81,7 @@ def test_a_raised_heel_turns_about_the_toe(takes: list[Take]) -> None:
         for column, side in ((0, "left"), (2, "right")):
             toe, ankle = take.at(f"{side}_toe"), take.at(f"{side}_foot")
             assert np.ptp(np.linalg.norm(toe - ankle, axis=-1)) < 1e-9, take.name
-            pivoting = take.planted[:, column + 1] & ~take.planted[:, column]
+            pivoting = take.solution.planted[:, column + 1] & ~take.solution.planted[:, column]
             raised = pivoting & (ankle[:, 1] > 1.3 * take.body.proportions.ankle + _level(take))
             assert np.linalg.norm(np.diff(toe, axis=0), axis=-1)[raised[1:]].max(initial=0.0) < 1e-3, (
                 take.name
@@ -148,7 +90,7 @@ def test_a_raised_heel_turns_about_the_toe(takes: list[Take]) -> None:
 
 def _level(take: Take) -> float:
     """The highest floor that a foot stands on, metres."""
-    plants = [plant for foot in take.score.feet.values() for plant in foot.plants]
+    plants = [plant for foot in take.score.feet.values() for plant in foot.contacts]
     return max(plant.level for plant in plants) * take.body.proportions.leg
 
 
@@ -174,9 +116,9 @@ def test_planted_feet_are_on_the_floor(takes: list[Take]) -> None:
         if take.score.stairs is not None:
             continue
         for column, side in ((0, "left"), (2, "right")):
-            flat = take.planted[:, column] & (take.score.feet[side].heel == 0.0)
+            flat = take.solution.planted[:, column] & (take.score.feet[side].heel == 0.0)
             assert np.abs(take.at(f"{side}_foot")[flat, 1] - sizes.ankle).max(initial=0.0) < 1e-9, take.name
-            on_toe = take.at(f"{side}_toe")[take.planted[:, column + 1], 1]
+            on_toe = take.at(f"{side}_toe")[take.solution.planted[:, column + 1], 1]
             assert np.abs(on_toe - sizes.ball_height).max(initial=0.0) < 1e-9, take.name
 
 
@@ -220,7 +162,7 @@ def test_knees_and_hands_rest_on_the_floor(takes: list[Take]) -> None:
                     take.name
                 )
             wrist = take.at(f"{side}_hand")
-            for plant in take.score.hands[side].plants:
+            for plant in take.score.hands[side].contacts:
                 stay = wrist[max(plant.strike, 0) : max(plant.off + 1, 0)]
                 assert not len(stay) or np.ptp(stay, axis=0).max() < 0.02, take.name
 
@@ -285,7 +227,7 @@ def test_nothing_jumps(takes: list[Take]) -> None:
 def test_slow_performances_keep_their_balance(takes: list[Take]) -> None:
     """Where the score asks for balance and both feet are flat, the centre of mass is between them."""
     for take in takes:
-        both = take.planted[:, 0] & take.planted[:, 2] & (take.score.balance == 1.0)
+        both = take.solution.planted[:, 0] & take.solution.planted[:, 2] & (take.score.balance == 1.0)
         if take.score.stairs is not None or not both.any():
             continue
         centre = centre_of_mass(take.body, take.places)[both][:, [0, 2]]
@@ -327,6 +269,6 @@ def test_walks_look_like_walking(takes: list[Take]) -> None:
             knee = take.bend(f"{side}_up_leg", f"{side}_leg", f"{side}_foot")
             assert 50 < knee.max() < 75, take.name
             strikes = [
-                plant.strike for plant in take.score.feet[side].plants if 0 < plant.strike < len(knee)
+                plant.strike for plant in take.score.feet[side].contacts if 0 < plant.strike < len(knee)
             ]
             assert all(knee[frame] < 25 for frame in strikes), take.name

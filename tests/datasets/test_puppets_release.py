@@ -44,28 +44,28 @@ def digest(lines: list[str]) -> str:
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16]
 
 
-def moved(known: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+def moved(recorded: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     """What differs from a release, in words; metrics that it does not have may come."""
-    found = []
-    if now["release"] != known["release"]:
-        found.append(f"the release is called {now['release']} now")
-    if now["generator"] != known["generator"]:
-        found.append(f"the generator has version {now['generator']}, not {known['generator']}")
-    for name, digest in known["lists"].items():
+    changes = []
+    if now["release"] != recorded["release"]:
+        changes.append(f"the release is called {now['release']} now")
+    if now["generator"] != recorded["generator"]:
+        changes.append(f"the generator has version {now['generator']}, not {recorded['generator']}")
+    for name, digest in recorded["lists"].items():
         if now["lists"].get(name) != digest:
-            found.append(f"the list of {name} is another one")
-    for name, version in known["metrics"].items():
+            changes.append(f"the list of {name} is another one")
+    for name, version in recorded["metrics"].items():
         if (mine := now["metrics"].get(name)) != version:
-            found.append(f"metric {name} has version {mine}, not {version}")
-    return found
+            changes.append(f"metric {name} has version {mine}, not {version}")
+    return changes
 
 
 def test_nothing_has_moved_under_the_name_of_the_release() -> None:
-    known = json.loads(FILE.read_text(encoding="utf-8"))
-    found = moved(known, release())
-    assert not found, (
-        f"{known['release']} froze generator, lists and metrics, but {'; '.join(found)}. Undo that, or "
-        "make a new release: RELEASE in datasets/puppets/dataset.py and VERSION in contract.py, then "
+    recorded = json.loads(FILE.read_text(encoding="utf-8"))
+    changes = moved(recorded, release())
+    assert not changes, (
+        f"{recorded['release']} froze generator, lists and metrics, but {'; '.join(changes)}. Undo that, "
+        "or make a new release: RELEASE in datasets/puppets/dataset.py and VERSION in contract.py, then "
         "PYTHONPATH=. python tests/datasets/freeze_puppets.py"
     )
 
@@ -80,14 +80,14 @@ def test_nothing_has_moved_under_the_name_of_the_release() -> None:
     ],
 )
 def test_whatever_moves_is_named(part: str, name: str | None, words: str) -> None:
-    known = {
+    recorded = {
         "release": "1.0",
         "generator": "3",
         "lists": {"tiny test cross": "a"},
         "metrics": {"contact": "1"},
     }
-    now = {**known, part: "new" if name is None else {name: "new"}}
-    assert moved(known, known) == []
-    (found,) = moved(known, now)
-    assert found.startswith(words)
-    assert moved(known, {**known, "metrics": {"contact": "1", "later": "1"}}) == []
+    now = {**recorded, part: "new" if name is None else {name: "new"}}
+    assert moved(recorded, recorded) == []
+    (changes,) = moved(recorded, now)
+    assert changes.startswith(words)
+    assert moved(recorded, {**recorded, "metrics": {"contact": "1", "later": "1"}}) == []

@@ -18,12 +18,12 @@ ROOT = Path(puppets.__file__).parent
 
 def imported(file: Path) -> set[str]:
     """Rooms that a file imports from, its own among them."""
-    found = set()
+    modules = set()
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.level:
             folder = file.parents[node.level - 1].relative_to(ROOT).parts
-            found.update([*folder, *(node.module or "").split(".")][:1])
-    return found & MAY_IMPORT.keys()
+            modules.update([*folder, *(node.module or "").split(".")][:1])
+    return modules & MAY_IMPORT.keys()
 
 
 def test_rooms_import_in_one_direction() -> None:

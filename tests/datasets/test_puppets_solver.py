@@ -36,8 +36,8 @@ vector = st.tuples(number, number, number).map(np.array)
 
 
 def scores() -> list[Score]:
-    mine = [clip for clip in clips("tiny", "test", 0) if clip.family.name == "people"]
-    return [clip.score() for clip in mine[::2]]
+    people = [clip for clip in clips("tiny", "test", 0) if clip.family.name == "people"]
+    return [clip.score() for clip in people[::2]]
 
 
 # --------------------------------------------------------------------------------------------- limbs
@@ -93,13 +93,13 @@ def test_a_limb_ends_where_it_should(direction: np.ndarray, share: float, swivel
 def test_goals_out_of_reach_are_neared_smoothly() -> None:
     arm = arm_limb("left", BODIES["ada"])
     away = np.linspace(0.02, 2.0, 4000)
-    made = limbs._within(away * arm.longest, arm) / arm.longest
-    assert made.max() < 1.0
-    assert made.min() > arm.shortest / arm.longest - 1e-12
-    assert (np.diff(made) >= 0).all()
-    assert np.abs(np.diff(made, 2)).max() < 0.2 * np.diff(away)[0]
+    neared = limbs._within(away * arm.longest, arm) / arm.longest
+    assert neared.max() < 1.0
+    assert neared.min() > arm.shortest / arm.longest - 1e-12
+    assert (np.diff(neared) >= 0).all()
+    assert np.abs(np.diff(neared, 2)).max() < 0.2 * np.diff(away)[0]
     inside = (away < arm.exact) & (away * arm.longest > 1.06 * arm.shortest)
-    np.testing.assert_allclose(made[inside], away[inside], atol=1e-12)
+    np.testing.assert_allclose(neared[inside], away[inside], atol=1e-12)
 
 
 def test_natural_elbows_point_down_and_back() -> None:
@@ -172,8 +172,8 @@ def test_travel_is_in_leg_lengths() -> None:
 
 
 def _solution(score: Score, body: Body) -> tuple[np.ndarray, np.ndarray]:
-    found = solve(score, body)
-    return found.orientations, found.root
+    solution = solve(score, body)
+    return solution.orientations, solution.root
 
 
 # -------------------------------------------------------------------------------------------- curves

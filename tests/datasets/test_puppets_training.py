@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from puppet_takes import restlessness, touch_gap
 
 from retarget_bench.api import TrainingPair, optional
 from retarget_bench.commands.train import command
@@ -27,7 +28,6 @@ from retarget_bench.datasets.puppets.corpus.pairs import TROUPE
 from retarget_bench.datasets.puppets.corpus.training_bodies import LEAST_UNLIKE, training_bodies
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.motion import rotation
-from retarget_bench.motion.transfer import relative
 from retarget_bench.training.stored_pairs import stored
 
 NUMBER = 120
@@ -46,8 +46,8 @@ def test_drawn_bodies_are_a_list_that_grows() -> None:
 
 
 def test_they_are_of_all_structures_that_are_trained_on_and_no_other() -> None:
-    found = {body.structure.name for body in training_bodies(0, NUMBER).values()}
-    assert found == {body.structure.name for body in CAST} - set(HELD_OUT_STRUCTURES)
+    structures = {body.structure.name for body in training_bodies(0, NUMBER).values()}
+    assert structures == {body.structure.name for body in CAST} - set(HELD_OUT_STRUCTURES)
     assert {body.rest for body in training_bodies(0, NUMBER).values()} == set(rigs.RESTS)
 
 
@@ -79,8 +79,8 @@ def test_cases_and_the_training_of_the_cast_stay_as_they_are() -> None:
     for split in ("self", "intra", "cross"):
         assert plain.cases("retarget", split) == drawn.cases("retarget", split)
         assert plain.validation().cases("retarget", split) == drawn.validation().cases("retarget", split)
-    for structure, mine in plain.training().items():
-        for name, clips in mine.items():
+    for structure, cast in plain.training().items():
+        for name, clips in cast.items():
             fewer = drawn.training()[structure][name]
             assert fewer.names == clips.names[: len(fewer)]
     assert plain.content != drawn.content
@@ -91,8 +91,8 @@ def test_the_motion_of_a_size_is_shared_out() -> None:
     hours = [
         sum(
             clips.frames
-            for mine in Puppets(size="large", bodies=k).training().values()
-            for clips in mine.values()
+            for cast in Puppets(size="large", bodies=k).training().values()
+            for clips in cast.values()
         )
         for k in (0, NUMBER)
     ]
@@ -101,11 +101,11 @@ def test_the_motion_of_a_size_is_shared_out() -> None:
 
 def test_nobody_and_nothing_that_is_held_out_is_trained_on() -> None:
     data = Puppets(size="tiny", bodies=NUMBER)
-    names = {name for mine in data.training().values() for name in mine}
+    names = {name for cast in data.training().values() for name in cast}
     kinds = {
         clip.rsplit("-", 2)[0]
-        for mine in data.training().values()
-        for c in mine.values()
+        for cast in data.training().values()
+        for c in cast.values()
         for clip in c.names
     }
     assert not names & {body.name for body in APART}
@@ -119,7 +119,7 @@ def test_nobody_and_nothing_that_is_held_out_is_trained_on() -> None:
         for clip in (i.clip for i in data.cases("retarget", split))
     }
     assert not tested & {
-        clip for mine in data.training().values() for c in mine.values() for clip in c.names
+        clip for cast in data.training().values() for c in cast.values() for clip in c.names
     }
 
 
@@ -129,8 +129,8 @@ def test_drawn_bodies_move_well(cache: Path) -> None:
     assert cache
     data = Puppets(size="tiny", bodies=40)
     seen = left_out = 0
-    for mine in data.training().values():
-        for name, clips in mine.items():
+    for cast in data.training().values():
+        for name, clips in cast.items():
             if name not in training_bodies(0, 40):
                 continue
             try:
@@ -139,10 +139,8 @@ def test_drawn_bodies_move_well(cache: Path) -> None:
                 left_out += 1
                 continue
             seen += 1
-            contacts = data._generated.studio.contacts(clips.listed[0], name)
-            joints = [motion.character.joint_of[role] for role in contacts.roles]
-            steps = np.linalg.norm(np.diff(motion.positions[:, joints], axis=0), axis=-1)
-            assert steps[contacts.planted[1:]].max(initial=0.0) < 1e-3, clips.names[0]
+            contacts = data._generated.solver.contacts(clips.listed[0], name)
+            assert restlessness(motion, contacts) < 1e-3, clips.names[0]
             assert motion.positions[..., 1].min() > -0.005, clips.names[0]
             turn = np.degrees(rotation.angle(motion.rotations[:-1], motion.rotations[1:]))
             assert turn.max() < 60.0, clips.names[0]
@@ -165,9 +163,9 @@ def test_a_clip_that_a_drawn_body_cannot_do_is_unusable(
 @pytest.fixture(scope="module")
 def pairs() -> list[TrainingPair]:
     """Some pairs of every performance of a small corpus."""
-    found = Puppets(size="tiny", bodies=30).training_pairs()
-    numbers = range(0, len(found), found.together)
-    return [found[number + place] for number in numbers for place in (0, 23)]
+    every_pair = Puppets(size="tiny", bodies=30).training_pairs()
+    numbers = range(0, len(every_pair), every_pair.together)
+    return [every_pair[number + place] for number in numbers for place in (0, 23)]
 
 
 def test_pairs_are_the_same_performance_by_two_bodies(pairs: list[TrainingPair]) -> None:
@@ -198,9 +196,7 @@ def test_contacts_of_pairs_agree(pairs: list[TrainingPair]) -> None:
             columns = one.planted[:, one.roles.index(role)], other.planted[:, other.roles.index(role)]
             assert (columns[0] == columns[1]).mean() > 0.97, (pair.clip, role)
         for each, contacts in ((pair.source, one), (pair.target, other)):
-            joints = [each.motion.character.joint_of[role] for role in contacts.roles]
-            steps = np.linalg.norm(np.diff(each.motion.positions[:, joints], axis=0), axis=-1)
-            assert steps[contacts.planted[1:]].max(initial=0.0) < 1e-3, pair.clip
+            assert restlessness(each.motion, contacts) < 1e-3, pair.clip
 
 
 def test_touches_of_pairs_are_the_same_and_touch(pairs: list[TrainingPair]) -> None:
@@ -211,14 +207,9 @@ def test_touches_of_pairs_are_the_same_and_touch(pairs: list[TrainingPair]) -> N
         assert other is not None
         assert [(t.end, t.bearing) for t in one] == [(t.end, t.bearing) for t in other]
         for each in (pair.source, pair.target):
-            turned, character = relative(each.motion), each.motion.character
             for touch in each.touches or ():
-                points = []
-                for role, at in ((touch.end, touch.point), (touch.bearing, touch.place)):
-                    joint = character.joint_of[role]
-                    points.append(each.motion.positions[:, joint] + rotation.rotate(turned[:, joint], at))
-                gap = np.linalg.norm(points[0] - points[1], axis=-1)[touch.rests]
-                assert gap.max(initial=0.0) < 0.012, (pair.clip, touch.end, touch.bearing)
+                gap = touch_gap(each.motion, touch).max(initial=0.0)
+                assert gap < 0.012, (pair.clip, touch.end, touch.bearing)
                 touching += 1
     assert touching > 10
 
@@ -227,15 +218,15 @@ def test_pairs_are_the_same_every_time(cache: Path) -> None:
     """Whether made, read, or asked for in another order; another seed has others."""
     assert cache
     first, again = (Puppets(size="tiny", bodies=30).training_pairs() for _ in range(2))
-    made = [first[index] for index in (3, 200, 57)]
+    drawn = [first[index] for index in (3, 200, 57)]
     read = [again[index] for index in (200, 3, 57, -len(again) + 3)]
-    for one, other in ((made[0], read[1]), (made[1], read[0]), (made[2], read[2]), (made[0], read[3])):
-        for mine, theirs in ((one.source, other.source), (one.target, other.target)):
-            np.testing.assert_array_equal(mine.motion.rotations, theirs.motion.rotations)
-            np.testing.assert_array_equal(mine.motion.root, theirs.motion.root)
+    for one, other in ((drawn[0], read[1]), (drawn[1], read[0]), (drawn[2], read[2]), (drawn[0], read[3])):
+        for side, other_side in ((one.source, other.source), (one.target, other.target)):
+            np.testing.assert_array_equal(side.motion.rotations, other_side.motion.rotations)
+            np.testing.assert_array_equal(side.motion.root, other_side.motion.root)
     other = Puppets(size="tiny", bodies=30, seed=1).training_pairs()[3]
-    assert other.source.motion.root.shape != made[0].source.motion.root.shape or not np.array_equal(
-        other.source.motion.root, made[0].source.motion.root
+    assert other.source.motion.root.shape != drawn[0].source.motion.root.shape or not np.array_equal(
+        other.source.motion.root, drawn[0].source.motion.root
     )
     with pytest.raises(IndexError):
         first[len(first)]
@@ -247,12 +238,12 @@ def test_damaged_files_are_made_anew(tmp_path: Path) -> None:
 
     file("one"), file("three")
     path, other = tmp_path / "one.safetensors", tmp_path / "three.safetensors"
-    whole = path.read_bytes()
-    for harm in (*(whole[:end] for end in (0, 7, 100, len(whole) - 1)), other.read_bytes()):
+    content = path.read_bytes()
+    for harm in (*(content[:end] for end in (0, 7, 100, len(content) - 1)), other.read_bytes()):
         path.unlink()
         path.write_bytes(harm)
         np.testing.assert_array_equal(file("one").get_tensor("x"), np.full(9, 3))
-        assert path.read_bytes() == whole
+        assert path.read_bytes() == content
     path.unlink()
     path.mkdir()
     np.testing.assert_array_equal(file("one").get_tensor("x"), np.full(9, 3))
@@ -266,12 +257,12 @@ def test_pairs_need_no_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 def test_every_ordered_pair_of_a_troupe_comes_once(cache: Path) -> None:
     assert cache
-    found = Puppets(size="tiny", bodies=30).training_pairs()
-    some = [found[index] for index in range(found.together)]
+    every_pair = Puppets(size="tiny", bodies=30).training_pairs()
+    some = [every_pair[index] for index in range(every_pair.together)]
     names = {(p.source.motion.character.name, p.target.motion.character.name) for p in some}
-    assert len(names) == found.together == TROUPE * (TROUPE - 1)
-    assert {name for pair in names for name in pair} == set(found.troupe(0))
-    assert isinstance(found.clip(0), Clip)
+    assert len(names) == every_pair.together == TROUPE * (TROUPE - 1)
+    assert {name for pair in names for name in pair} == set(every_pair.troupe(0))
+    assert isinstance(every_pair.clip(0), Clip)
 
 
 def test_the_engine_finds_them() -> None:
@@ -281,11 +272,11 @@ def test_the_engine_finds_them() -> None:
 
 def test_all_is_made_beforehand(cache: Path) -> None:
     """``bench train --prepare`` leaves nothing to be solved, and a second time has nothing to do."""
-    done = CliRunner().invoke(command, ["--prepare", "-d", "puppets[bodies=3]", "-j", "2"])
-    assert done.exit_code == 0, done.output
+    result = CliRunner().invoke(command, ["--prepare", "-d", "puppets[bodies=3]", "-j", "2"])
+    assert result.exit_code == 0, result.output
     files = {path: path.stat().st_mtime_ns for path in cache.rglob("puppets/**/*.*")}
     assert sum(path.suffix == ".safetensors" for path in files) == 40
     assert sum(path.suffix == ".npz" for path in files) >= 60
     again = CliRunner().invoke(command, ["--prepare", "-d", "puppets[bodies=3]", "-j", "1"])
-    assert again.stdout == done.stdout
+    assert again.stdout == result.stdout
     assert {path: path.stat().st_mtime_ns for path in cache.rglob("puppets/**/*.*")} == files

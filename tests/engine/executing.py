@@ -107,12 +107,6 @@ class Shuffled:
 
     submitted: Sequence[int] = ()
 
-    def __enter__(self) -> Shuffled:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
     def run(self, folder: Path, numbers: Sequence[int]) -> Iterator[tuple[int, str]]:
         Shuffled.submitted = list(numbers)
         order = [*numbers, *list(numbers)[::3]]

@@ -11,13 +11,13 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 
 
-def asked(root: Path, *methods: str, clips: int = 3, **changes: Any) -> Plan:
-    """changes: any fields of the plan."""
+def asked(root: Path, *methods: str, clips: int = 3, data: str = "", **changes: Any) -> Plan:
+    """data: another data set than the toy one. changes: any fields of the plan."""
     return Plan(
         methods=tuple(map(Spec.parse, methods)),
         out=root,
         **{
-            "datasets": (Spec.parse(f"toy_cases[clips={clips}]"),),
+            "datasets": (Spec.parse(data or f"toy_cases[clips={clips}]"),),
             "splits": ("intra",),
             "metrics": ("position",),
             **changes,

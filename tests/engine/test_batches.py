@@ -1,10 +1,5 @@
 """Methods that take several cases at once: what is asked together, and what becomes of a fault."""
 
-import os
-import signal
-import subprocess
-import sys
-import time
 from itertools import combinations
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,9 +14,7 @@ from retarget_bench.api import CaseInfo
 from retarget_bench.evaluation import batches, plan, runner
 from retarget_bench.plugins import registry
 from retarget_bench.results import journal, store
-from retarget_bench.results.header import STATUSES
 from retarget_bench.training import validate
-from tests.in_process import without_processes
 
 pytestmark = pytest.mark.usefixtures("in_process")
 
@@ -104,12 +97,6 @@ def test_no_batch_could_have_taken_the_first_of_a_later_one(cases):
         assert full or told
 
 
-def test_sixteen_clips_of_a_minute_fit():
-    cases = listed(*[("a1", "a2", 1800)] * 16, *[("a1", "a2", 30)] * 3)
-    assert [len(batch) for batch in batches.batches(cases, CAST)] == [16, 3]
-    assert [len(batch) for batch in batches.batches(cases[:16], CAST)] == [16]
-
-
 # ----------------------------------------------------------------------------------------------- in runs
 def test_cases_are_asked_together_and_the_refused_are_left_out(tmp_path):
     mix, picky = carry_out(tmp_path, "toy_batches", "toy_batches[does=picky]")
@@ -160,14 +147,6 @@ def test_an_interrupt_is_told_and_ends_a_validation(monkeypatch, where):
     assert pressed
 
 
-@pytest.mark.processes
-def test_what_dies_beside_a_batch_does_not_move_it(tmp_path):
-    with without_processes():
-        (alone,) = carry_out(tmp_path / "a", "toy_batches")
-    _, beside = carry_out(tmp_path / "b", "toy_batches[does=die]", "toy_batches")
-    assert beside.paths.rows.read_bytes() == alone.paths.rows.read_bytes()
-
-
 def test_progress_counts_answers(tmp_path):
     seen = []
     runner.run(asked(tmp_path, "toy_batches", clips=10), lambda done, total: seen.append((done, total)))
@@ -200,45 +179,6 @@ def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
     (again,) = carry_out(tmp_path, "toy_batches")
     assert again.paths.rows.read_bytes() == wanted
     assert len(list((first.paths.folder / "toy_batches").glob("*.npz"))) == 4
-
-
-@pytest.mark.processes
-def test_predict_then_score_and_more_processes_give_the_same_bytes(tmp_path):
-    with without_processes():
-        (both,) = carry_out(tmp_path / "a", "toy_batches", clips=20)
-    runner.run(
-        asked(tmp_path / "b", "toy_batches", clips=20, stage="predict", jobs=2), lambda done, total: None
-    )
-    with without_processes():
-        (apart,) = carry_out(tmp_path / "b", "toy_batches", clips=20, stage="score")
-    assert apart.paths.rows.read_bytes() == both.paths.rows.read_bytes()
-    assert {name: getattr(both.header.counts, name) for name in STATUSES} == {
-        **dict.fromkeys(STATUSES, 0),
-        "ok": 40,
-    }
-
-
-@pytest.mark.parametrize("moments", [(1, 21), pytest.param((1, 9, 17, 21, 33), marks=pytest.mark.slow)])
-def test_killed_at_any_moment_gives_the_same_bytes(tmp_path, moments):
-    """SIGKILL as soon as some more predictions are there, again and again, then one run to the end."""
-    toys = {file.stem: file for file in map(Path, TOYS)}
-    line = [sys.executable, "-m", "retarget_bench", "run", f"{toys['toy_batches']}[does=wait]"]
-    line += ["-d", f"{toys['toy_cases']}[clips=20]", "-s", "intra", "--metrics", "position"]
-    line += ["--out", str(tmp_path)]
-    environment = os.environ | {"PYTHONPATH": str(HERE.parents[1])}
-    (whole,) = carry_out(tmp_path / "whole", "toy_batches[does=wait]", clips=20)
-    folder = tmp_path / whole.paths.folder.relative_to(tmp_path / "whole")
-    for predictions in moments:
-        process = subprocess.Popen(line, env=environment, start_new_session=True, stderr=subprocess.DEVNULL)
-        while process.poll() is None and len(list(folder.rglob("*.npz"))) < predictions:
-            time.sleep(0.002)
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-        for header in folder.glob("*.json"):
-            header.unlink()
-    subprocess.run(line, env=environment, check=True, capture_output=True)
-    made = folder / whole.paths.rows.name
-    assert made.read_bytes() == whole.paths.rows.read_bytes()
 
 
 def test_only_methods_that_take_batches_are_known_by_them(tmp_path):

@@ -6,15 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_plans import asked
 from stored import metadata
 
 from retarget_bench.analysis import summary
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, store
 
 HERE = Path(__file__).parent
@@ -28,13 +27,7 @@ def results(tmp_path_factory) -> Path:
     for file in sorted((HERE / "toys").glob("toy_*.py")):
         registry.add_file(file)
     root = tmp_path_factory.mktemp("results")
-    plan = Plan(
-        methods=(Spec.parse("toy_method[does=shaken]"), Spec.parse("toy_method[does=picky]")),
-        datasets=(Spec.parse("toy_cases"),),
-        splits=("intra",),
-        metrics=("position",),
-        out=root,
-    )
+    plan = asked(root, "toy_method[does=shaken]", "toy_method[does=picky]")
     runner.run(plan, lambda done, total: None)
     return root
 

@@ -1,10 +1,10 @@
 """Frozen motions: damaged, exchanged or gone they are told of, and what is packed is what is read."""
 
 import shutil
+import sys
 from dataclasses import fields, replace
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 
-import freeze_motions
 import numpy as np
 import pytest
 from gates import FOLDER, measured, metrics, quiet
@@ -12,6 +12,9 @@ from gates import FOLDER, measured, metrics, quiet
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.verification.gate import compare, frozen, golden, run
 from retarget_bench.verification.gate.compare import Status
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+import freeze_motions
 
 
 @pytest.fixture

@@ -109,8 +109,8 @@ MUTATIONS = {
         "body", RECORDING, "_skeleton", "(x * scale, y * scale, z * scale)", "(x, y, z)",
     ),
     "cells cut": (
-        "table", GROUPS, "GroupBuilder.shown", 'f"{number:.{self.decimals[key]}f}"',
-        'f"{int(number * 10 ** self.decimals[key]) / 10 ** self.decimals[key]:.{self.decimals[key]}f}"',
+        "table", GROUPS, "GroupBuilder.shown", 'f"{number:.{self.decimals(key)}f}"',
+        'f"{int(number * 10 ** self.decimals(key)) / 10 ** self.decimals(key):.{self.decimals(key)}f}"',
     ),
     "default columns in another order": ("table", BUILDER, "DEFAULT_COLUMNS", COLUMNS, COLUMNS[::-1]),
     "arrows exchanged": (

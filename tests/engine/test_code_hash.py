@@ -11,14 +11,12 @@ import pytest
 
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.code_hash import (
+    all_statements,
     code_hash,
-    imports,
     package_code,
-    reached_code,
-    relative_to,
+    reached,
     statements,
 )
-from retarget_bench.plugins.own_files import all_statements
 from retarget_bench.plugins.spec import Spec
 
 ROOT = Path(__file__).parents[2]
@@ -113,16 +111,15 @@ def test_what_is_no_python_counts_byte_by_byte():
     assert statements(b"x = 1 \xff") != statements(b"x = 1 \xfe")
 
 
-def test_names_of_files_count_and_their_order_does_not(tmp_path):
+def test_names_of_files_count_and_their_order_and_folder_do_not(tmp_path):
     paths = [tmp_path / "a.py", tmp_path / "sub" / "b.py"]
     for path in paths:
         path.parent.mkdir(exist_ok=True)
         path.write_text(SOURCE)
-    files = list(relative_to(tmp_path, paths))
-    assert [name for name, _ in files] == ["a.py", "sub/b.py"]
-    assert code_hash(files) == code_hash(reversed(files))
-    assert code_hash(files) != code_hash([("c.py", paths[0]), files[1]])
-    assert code_hash(files) != code_hash(files[:1])
+    first = code_hash(paths)
+    assert first == code_hash(reversed(paths)) == code_hash([*paths, *paths])
+    assert first != code_hash(paths[:1])
+    assert first != code_hash([paths[0].rename(tmp_path / "c.py"), paths[1]])
 
 
 # ------------------------------------------------------------------------------------- keys of results
@@ -139,7 +136,7 @@ def own(tmp_path, monkeypatch):
 
 
 def _files(usual, kind, name, path):
-    return lambda k, n: [(path.name, path)] if (k, n) == (kind, name) else usual(k, n)
+    return lambda k, n: {path} if (k, n) == (kind, name) else usual(k, n)
 
 
 def changed(path: Path, before: str, after: str) -> None:
@@ -160,8 +157,8 @@ def test_a_method_is_known_by_its_statements_and_by_those_of_the_motion_room(own
     changed(own / "own_method.py", "version=", "licence='mine', version=")
     second = method_code()
     assert second != first
-    some = list(package_code("motion"))
-    monkeypatch.setattr(bound, "package_code", lambda _: some[1:])
+    some = package_code("motion") - {ROOT / "retarget_bench" / "motion" / "transfer.py"}
+    monkeypatch.setattr(bound, "package_code", lambda name: some if name == "motion" else set())
     assert method_code() not in (first, second)
 
 
@@ -180,8 +177,9 @@ NOT_SHARED = (
 )
 
 
-def without_a_layer(package: str, paths) -> list[tuple[str, Path]]:
-    return sorted(reached_code(package, paths))[1:]
+def without_a_layer(paths, package: str) -> set[Path]:
+    layers = package_code(package)
+    return {*(files := reached(paths, package))} - {*sorted(files & layers)[:1]}
 
 
 @pytest.mark.parametrize("text", [SHARED, *OTHER_WAYS, *NOT_SHARED])
@@ -189,7 +187,7 @@ def test_shared_layers_count_for_methods_that_import_from_them(own, monkeypatch,
     path = own / "own_method.py"
     path.write_text(path.read_text(encoding="utf-8") + text, encoding="utf-8")
     first = method_code()
-    monkeypatch.setattr(bound, "reached_code", without_a_layer)
+    monkeypatch.setattr(bound, "reached", without_a_layer)
     assert (method_code() != first) == (text not in NOT_SHARED)
 
 
@@ -200,15 +198,19 @@ def test_shared_layers_count_for_post_processors_likewise(own, tmp_path, monkeyp
     alone, composed = Spec("own_method"), Spec("own_method", posts=(Spec("own_post"),))
     bound.method_code.cache_clear()
     first = bound.method_code(alone), bound.method_code(composed)
-    monkeypatch.setattr(bound, "reached_code", without_a_layer)
+    monkeypatch.setattr(bound, "reached", without_a_layer)
     bound.method_code.cache_clear()
     assert bound.method_code(alone) == first[0]
     assert bound.method_code(composed) != first[1]
 
 
-def reached(kind: registry.Kind, name: str) -> set[str]:
-    own = [path for _, path in registry.code_files(kind, name)]
-    return {each for each, _ in reached_code(bound.LAYERS, own)}
+def reached_layers(kind: registry.Kind, name: str) -> set[str]:
+    return layer_names(reached(registry.code_files(kind, name), bound.LAYERS))
+
+
+def layer_names(files: set[Path]) -> set[str]:
+    training = ROOT / "retarget_bench" / "training"
+    return {file.relative_to(training).as_posix() for file in files if file.is_relative_to(training)}
 
 
 @pytest.mark.parametrize(
@@ -223,7 +225,7 @@ def reached(kind: registry.Kind, name: str) -> set[str]:
     ],
 )
 def test_a_method_is_known_by_the_layers_that_it_reaches_and_by_no_others(name, some, none):
-    found = reached("methods", name)
+    found = reached_layers("methods", name)
     assert {"layers/__init__.py", f"layers/{some}.py"} <= found
     assert f"layers/{none}.py" not in found
 
@@ -240,13 +242,14 @@ def test_modules_that_a_run_has_imported_of_the_layers_are_among_those_that_coun
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = {name.replace(".", "/") for name in done.stdout.split()}
     assert len(loaded) > 10
-    known = {name.removesuffix(".py").removesuffix("/__init__") for name in reached("methods", "san")}
+    known = {
+        name.removesuffix(".py").removesuffix("/__init__") for name in reached_layers("methods", "san")
+    }
     assert loaded <= known
 
 
 def test_code_is_hashed_without_importing_it():
-    names = {name for name, _ in package_code(bound.LAYERS)}
-    assert {"layers/__init__.py", "layers/masks.py"} <= names
+    assert {"layers/__init__.py", "layers/masks.py"} <= layer_names(package_code(bound.LAYERS))
     code = (
         "import sys; from retarget_bench.plugins.bound import method_code as code; "
         "from retarget_bench.plugins.spec import Spec; "
@@ -254,12 +257,6 @@ def test_code_is_hashed_without_importing_it():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["8", "False"]
-
-
-def test_names_of_the_motion_room_are_relative_to_it():
-    names = [name for name, _ in package_code("motion")]
-    assert len(set(names)) == len(names)
-    assert {"motion/rotation.py", "motion/bvh/__init__.py", "motion/fitting/fit.py"} <= set(names)
 
 
 def test_what_keys_leave_out_of_the_motion_room_is_reached_by_no_method():
@@ -273,10 +270,7 @@ def test_what_keys_leave_out_of_the_motion_room_is_reached_by_no_method():
     assert len(files) > 100
     for file in files:
         if "editing" not in file.relative_to(root).parts:
-            assert not imports(file, "motion.editing"), file
-    kept = [name for name, _ in package_code("motion") if not name.startswith(bound.APART)]
-    assert "motion/transfer.py" in kept
-    assert not [name for name in kept if "editing" in name]
+            assert not reached([file], "motion.editing") & package_code("motion.editing"), file
 
 
 def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own, monkeypatch):
@@ -293,7 +287,7 @@ def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own,
     changed(own / "own_metric.py", "100 *", "99 *")
     second = version()
     assert second != first
-    monkeypatch.setattr(bound, "package_code", lambda _: [])
+    monkeypatch.setattr(bound, "package_code", lambda _: set())
     assert version() not in (first, second)
     monkeypatch.undo()
     bound.metrics.cache_clear()
@@ -310,15 +304,15 @@ def test_the_drawing_of_sets_and_the_feature_networks_count_for_set_metrics(
 ):
     """With another constant stored values of sets are outdated, with another comment they are not."""
     package, file, constant = where
-    copy, files = tmp_path / file, dict(package_code(package))
-    (inside,) = (inside for inside in files if inside.endswith(f"/{file}"))
-    text = files[inside].read_text(encoding="utf-8")
-    files[inside] = copy
+    copy = tmp_path / file
+    (original,) = (path for path in package_code(package) if path.name == file)
+    text = original.read_text(encoding="utf-8")
 
-    def package_files(asked: str) -> list[tuple[str, Path]]:
-        return list(files.items() if asked == package else package_code(asked))
+    def with_copy(files: set[Path]) -> set[Path]:
+        return {copy if path == original else path for path in files}
 
-    monkeypatch.setattr(bound, "package_code", package_files)
+    monkeypatch.setattr(bound, "package_code", lambda name: with_copy(package_code(name)))
+    monkeypatch.setattr(bound, "reached", lambda paths, name: with_copy(reached(paths, name)))
 
     def version(text: str) -> str:
         copy.write_text(text, encoding="utf-8")

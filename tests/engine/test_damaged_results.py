@@ -13,7 +13,6 @@ from stored import store as made_up
 from stored import unchecked
 
 from retarget_bench.analysis.summary import split_summaries
-from retarget_bench.cli import main
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import runner, set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
@@ -116,15 +115,6 @@ def test_a_second_run_in_the_same_folder_is_refused_and_readers_are_not(tmp_path
         f"another run is writing to {tmp_path}; wait until it has ended, or give another folder"
     ]
     assert not (tmp_path / LOCK).exists()
-
-
-@pytest.mark.parametrize("command", ["run toy_method", "run toy_method --stage predict", "score ."])
-def test_commands_say_in_a_sentence_that_another_run_is_going_on(tmp_path, capsys, command):
-    options = ["-d", "toy_cases", "-s", "intra", "--out", str(tmp_path)]
-    with locked(tmp_path / LOCK, "busy"), pytest.raises(SystemExit) as left:
-        main([*command.split(), *options])
-    assert left.value.code == 2
-    assert f"bench: another run is writing to {tmp_path};" in capsys.readouterr().err
 
 
 def test_the_lock_of_a_killed_process_is_none(tmp_path):

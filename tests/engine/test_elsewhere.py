@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_plans import asked
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import runner
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.motion import bvh
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
@@ -29,15 +29,7 @@ def cases():
 
 
 def score(folder: Path, root: Path) -> store.Results:
-    plan = Plan(
-        methods=(Spec("theirs"),),
-        datasets=(Spec.parse("toy_cases"),),
-        splits=("intra",),
-        metrics=("position",),
-        out=root,
-        stage="score",
-        external=folder,
-    )
+    plan = asked(root, "theirs", stage="score", external=folder)
     return store.read_results(runner.run(plan, lambda done, total: None)[0])
 
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import ast
-import os
 import shlex
-import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -229,37 +227,6 @@ def test_a_worker_behind_another_program_lives_and_ends_with_it(tmp_path):
         pool.close()
     assert len(processes) == 2
     assert not psutil.wait_procs(processes, timeout=5)[1]
-
-
-def _other_pythons() -> list[str]:
-    """Interpreters that pyenv and the system have, of other versions than this one, with numpy."""
-    roots = [Path.home() / ".pyenv" / "versions", Path("/opt"), Path("/usr")]
-    named = os.environ.get("RETARGET_BENCH_PYTHONS", "").split(os.pathsep)
-    found = [*named, *(str(path) for root in roots for path in root.glob("*/bin/python3"))]
-    mine = f"{sys.version_info[:2]}"
-    code = "import sys, numpy; print(sys.version_info[:2])"
-    working = []
-    for python in filter(None, found):
-        done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=False)
-        if not done.returncode and done.stdout.strip() != mine:
-            working.append(python)
-    return working
-
-
-@pytest.mark.slow
-def test_a_real_other_python_gives_the_same(ask, tmp_path):
-    """RETARGET_BENCH_PYTHONS: further interpreters to try."""
-    pythons = _other_pythons()
-    if not pythons:
-        pytest.skip("needs another Python with numpy")
-    (tmp_path / "old_code.py").write_text(CODE)
-    (here,) = ask("toy_method")
-    for python in pythons:
-        old = shlex.join([python, str(LOOP), str(tmp_path / "old_code.py")])
-        (there,) = ask(str(Spec("toy_method", environment=old)))
-        assert all(
-            (here_ == there_).all() for here_, there_ in zip(*map(_list, (here, there)), strict=True)
-        )
 
 
 def _list(outcome):

@@ -13,7 +13,7 @@ import pytest
 from stored import store as made_up
 
 from retarget_bench.analysis.summary import split_summaries
-from retarget_bench.commands import suite
+from retarget_bench.commands.run import read_suite
 from retarget_bench.errors import FileError
 from retarget_bench.exchange import card as submission_card
 from retarget_bench.files import check_ordinary
@@ -46,7 +46,7 @@ def reading(path: Path) -> object:
 
 
 READERS = [
-    *((suite.read, "a.toml"), (roles, "a.toml"), (reading, "a.toml")),
+    *((read_suite, "a.toml"), (roles, "a.toml"), (reading, "a.toml")),
     *((of_submission, "a.toml"),),
     *((card, "a.json"), (store.read_header, "a.json")),
 ]
@@ -113,8 +113,8 @@ def sparse(path: Path) -> None:
 
 
 NO_FILES = [
-    (device, "is no ordinary file but a device"),
-    (os.mkfifo, "is no ordinary file but a pipe"),
+    (device, "is not an ordinary file but a device"),
+    (os.mkfifo, "is not an ordinary file but a pipe"),
     (Path.mkdir, "is a folder"),
 ]
 
@@ -172,25 +172,19 @@ def changed(facts: dict[str, Any], place: str, value: object) -> dict[str, Any]:
     ("place", "value", "sentence"),
     [
         ("counts/asked", "4", "counts.asked: Input should be a valid integer"),
-        ("counts/asked", True, "counts.asked: Input should be a valid integer"),
         ("counts/asked", 1.5, "counts.asked: Input should be a valid integer"),
-        ("keys", None, "keys: Input should be a"),
         ("keys", ["a"], "keys: Input should be a"),
         ("seeds", ["a"], "seeds.0: Input should be a valid integer"),
         ("date", 2024, "date: Input should be a valid string"),
         ("counts", None, "counts: Input should be an object"),
-        ("counts/ok", "1", "counts.ok: Input should be a valid integer"),
-        ("counts/ok", None, "counts.ok: Input should be a valid integer"),
         ("method/label", ["m"], "method.label: Input should be a valid string"),
         ("method/control", "no", "method.control: Input should be a valid boolean"),
         ("method/trained_on", {"clips": "abc"}, "method.trained_on.clips: Input should be a valid"),
-        ("dataset/notes", "abc", "dataset.notes: Input should be a valid"),
         ("values/mpjpe_h.world/goal", "0", "values.mpjpe_h.world.goal: Input should be a valid number"),
         ("values/mpjpe_h.world/better", "up", "values.mpjpe_h.world.better: Input should be 'lower'"),
         ("values/mpjpe_h.world", [], "values.mpjpe_h.world: Input should be an object"),
         ("problems", {}, "problems: Input should be a valid"),
         ("problems", [{"status": STATUSES[1], "message": 3, "cases": []}], "problems.0.message: Input"),
-        ("files/csv", 1, "files.csv: Input should be a valid string"),
         ("schema", "2", "has result schema 2"),
     ],
 )

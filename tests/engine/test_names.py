@@ -8,7 +8,6 @@ from retarget_bench.analysis import selection
 from retarget_bench.commands import plot
 from retarget_bench.commands.check import Options, _criteria
 from retarget_bench.commands.plugins import info
-from retarget_bench.commands.table import command as table
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.python import plans
@@ -229,11 +228,3 @@ def test_info_about_nothing_suggests_methods_and_values():
     said = [str(CliRunner().invoke(info, [asked]).exception) for asked in ("humott", "foot skatin")]
     assert "did you mean humot" in said[0]
     assert "did you mean foot_slide (foot skating)" in said[1]
-
-
-def test_an_unknown_format_is_refused_with_those_that_there_are(tmp_path):
-    done = CliRunner().invoke(table, ["-r", str(tmp_path), "-f", "word"])
-    assert done.exit_code == 2
-    assert "'text', 'md', 'tex', 'html', 'csv', 'json'" in done.output
-    done = CliRunner().invoke(table, ["-r", str(tmp_path), "-f", "tex"])
-    assert "no results in" in str(done.exception)  # the format was understood

@@ -1,8 +1,5 @@
 """The table of all splits side by side: order, marks, rows over other cases, values of sets."""
 
-import csv
-import io
-
 import numpy as np
 import pytest
 from stored import changed, metadata, store
@@ -87,24 +84,6 @@ def test_who_answered_fewer_cases_is_not_ranked_and_a_sentence_has_the_best_on_t
     assert group.below == (f"cross: on the 8 cases of some, far has world {mean:.2f} (some 0.50).",)
 
 
-def test_a_method_that_fails_on_one_case_is_not_ranked_with_its_sentence(tmp_path):
-    for label, number in (("good", 1.0), ("better", 0.5)):
-        stored(tmp_path, "cross", label, [number] * 20)
-    stored(tmp_path, "cross", "fails", [None, *[0.1] * 19])
-    (made,) = overview(records.find_results(tmp_path))
-    (group,) = made.groups
-    assert [(row.label, row.n) for row in group.ranked] == [("better", "20"), ("good", "20")]
-    assert [(row.label, row.mark, row.n) for row in group.unranked] == [
-        ("fails", "answered 19 of 20", "19/20")
-    ]
-    assert [(each.label, each.status, len(each.cases)) for each in made.problems] == [
-        ("fails", "failed", 1)
-    ]
-    said = rendering.text([made])
-    assert "on the 19 cases of fails, better has world 0.50" in said
-    assert "no method is ranked" not in said
-
-
 def test_where_no_method_answered_all_cases_nobody_is_ranked_and_the_table_says_so(tmp_path):
     stored(tmp_path, "cross", "one", [None, *[1.0] * 19])
     stored(tmp_path, "cross", "two", [*[1.0] * 19, None])
@@ -150,31 +129,18 @@ def test_a_value_of_the_set_of_all_people_is_a_column(tmp_path):
     assert "Floor of FID, that of real motion: cross 1.00." in group.below
 
 
-def test_values_of_sets_left_from_a_run_with_other_metrics_are_no_column(tmp_path):
-    place = with_set(stored(tmp_path, "cross", "a", [1.0] * 20), 2.0, 1.8, 2.2)
-    changed(place, set_values={})
-    assert [column.id for column in only_group([place]).columns] == [VALUE]
-
-
 def test_bodies_that_are_left_out_are_told(tmp_path):
     places = [stored(tmp_path, split, "m", [1.0] * 3) for split in ("cross", "intra")]
     for place in places:
         metadata(place, legs={"a": "4", "b": "4"})
-    found = summary.split_summaries(places, select=Selection())
-    shown, hints = requested.of_bodies(found, "")
-    assert ([section.bodies for section in shown], hints) == (["four-legged"] * 2, [])
+    (table,) = requested.tables(places, Request())
+    assert {column.split for column in table.groups[0].columns} == {"cross", "intra"}
+    assert (table.title, table.hints) == ("data: four-legged", ())
     with pytest.raises(BenchError, match="no case is between bodies of the group 'people'; there are four"):
-        requested.of_bodies(found, "people")
+        requested.tables(places, Request(bodies="people"))
     other = stored(tmp_path / "people", "self", "m", [1.0] * 3)
-    _, hints = requested.of_bodies(summary.split_summaries([*places, other], select=Selection()), "")
-    assert hints == ["Not shown: four-legged bodies (6 cases, --bodies four-legged)."]
-
-
-@pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
-def test_every_format_tells_the_splits_apart_and_who_answered_fewer(places, form):
-    drawn = rendering.RENDERERS[form](overview(places))
-    assert "answered 8 of 20" in drawn
-    assert "cross" in drawn
+    (table,) = requested.tables([*places, other], Request())
+    assert table.hints == ("Not shown: four-legged bodies (6 cases, --bodies four-legged).",)
 
 
 @pytest.mark.parametrize("form", ["text", "md", "tex", "html"])
@@ -202,13 +168,6 @@ def test_all_splits_stand_side_by_side_where_they_fit_and_else_below_each_other(
         ["cross", "self"], ["cross"], ["self"],
     ]  # fmt: skip
     assert wide.count("3.19*") == narrow.count("3.19*") == 1
-
-
-def test_csv_has_a_line_per_split(places):
-    found = summary.split_summaries(places, select=Selection())
-    lines = list(csv.DictReader(io.StringIO(rendering.comma_separated(builder.tables(found)))))
-    mine = [line for line in lines if line["method"] == "near" and not line["not_ranked"]]
-    assert [line["split"] for line in mine] == ["cross", "self"]
 
 
 def test_structures_without_values_of_sets_share_one_note(tmp_path):

@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 from stored import VALUES, changed, store
 
+import retarget_bench as rb
 from retarget_bench.analysis import pairwise, selection, statistics
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.cli import group
@@ -230,6 +231,17 @@ def test_folders_compare_a_method_with_itself(runs, tmp_path):
     assert f"one ({runs}) against one ({later})" in " ".join(shown.split())
     assert "two against" not in shown
     assert "against two" not in shown
+
+
+def test_python_pools_self_pairs_as_the_command_does(tmp_path):
+    """On a split alone: the mean of a clip is over its case in ``intra`` and the one in ``self``."""
+    for name, error in (("one", 1.0), ("two", 3.0)):
+        clips = [f"c{n}" for n in range(12)]
+        store(tmp_path, "intra", name, [("a>b", clip, {"pooled": error}) for clip in clips])
+        store(tmp_path, "self", name, [("a>a", clip, {"pooled": 0.0}) for clip in clips])
+    results = rb.load_results(tmp_path)
+    (row,) = results.compare("one", "two", "pooled", splits="intra").frame.itertuples()
+    assert (row.first_mean, row.second_mean, row.cases) == (0.5, 1.5, 24)
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from retarget_bench import cli
-from retarget_bench.analysis import summary
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import Mean
 from retarget_bench.api import CaseInfo
@@ -201,21 +199,6 @@ def test_ties_show_the_order_and_nobody_joined_who_is_told_apart(plotted, result
     assert len(axes.lines) == 3
 
 
-def test_ties_join_a_method_with_its_own_double(tmp_path):
-    root = tmp_path / "double"
-    stored(root)
-    (first, *_) = store.find_results(root)
-    twin = ResultPaths(root, "data", "retarget", "cross", "twin")
-    for kind in ("rows", "arrays"):
-        getattr(twin, kind).write_bytes(getattr(first, kind).read_bytes())
-    told = first.header.read_text().replace('"label": "$\\\\frac{1}"', '"label": "twin"')
-    twin.header.write_text(told)
-    (one,) = panel.result_matrices(store.find_results(root))
-    ranking = summary.split_summary(one).rankings["mpjpe_h.world"]
-    assert set(ranking.order[:2]) == {"twin", HOSTILE[0]}
-    assert ranking.tied == ranking.order[1:2]
-
-
 def test_speed_is_to_the_right_and_error_upwards(results):
     (chart,) = rows.speed(panel.result_matrices(store.find_results(results[0])), "mpjpe_h.world").charts
     assert chart.x.log
@@ -383,11 +366,3 @@ def test_what_cannot_be_drawn_is_a_sentence(results, tmp_path, monkeypatch, caps
     assert stop.value.code == 2
     assert words in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
-
-
-def test_the_same_method_has_the_same_colour_in_all_kinds(plotted):
-    curves = {line.get_label(): to_hex(line.get_color()) for line in plotted("growth").axes[0].lines}
-    (axes, *_) = plotted("methods").axes
-    names = [text.get_text() for text in axes.get_yticklabels()]
-    assert dict(zip(names, (to_hex(line.get_color()) for line in lines(axes)), strict=True)) == curves
-    assert len(set(curves.values())) == 3

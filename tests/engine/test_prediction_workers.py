@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from retarget_bench.api import Case, CaseInfo, Context
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation.predict import Inputs, Outcome, context_for, predict
-from retarget_bench.evaluation.prediction import numpy_worker
+from retarget_bench.evaluation.prediction import answering, numpy_worker
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.answering import AnsweringLoop
 from retarget_bench.evaluation.prediction.channel import Channel, Closed
@@ -285,7 +285,7 @@ def test_of_two_processes_that_come_back_one_writes_the_answer(tmp_path, monkeyp
     ended = Outcome("ok", prediction=object())
     monkeypatch.setattr(AnsweringLoop, "_case", lambda *_: None)
     monkeypatch.setattr(AnsweringLoop, "_context", lambda *_: None)
-    monkeypatch.setattr(AnsweringLoop, "_asked", lambda *_: [fork() or ended])
+    monkeypatch.setattr(answering, "predict", lambda *_: fork() or ended)
     monkeypatch.setattr(files, "write_answer", write)
     reading, writing = os.pipe()
     channel = Channel(reading, writing)

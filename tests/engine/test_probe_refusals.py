@@ -8,7 +8,7 @@ import pytest
 from probe_questions import short_questions
 
 from retarget_bench.analysis import summary
-from retarget_bench.api import MethodCard
+from retarget_bench.api import Case, MethodCard
 from retarget_bench.errors import NotSupported
 from retarget_bench.plugins.registry import create
 from retarget_bench.plugins.spec import Spec
@@ -16,7 +16,7 @@ from retarget_bench.results import store
 from retarget_bench.tables import builder
 from retarget_bench.tables.model import NOT_APPLICABLE
 from retarget_bench.verification.probe import report
-from retarget_bench.verification.probe.asking import Reply, Subject, ask
+from retarget_bench.verification.probe.asking import Reply, ask
 from retarget_bench.verification.probe.probes import PROBES
 
 ONLY_22 = "takes bodies of 22 joints"
@@ -41,23 +41,27 @@ class Counting:
 
 
 @pytest.fixture(scope="module")
-def subjects() -> list[Subject]:
-    return [each for each in short_questions() if len(each.question.source.skeleton) == 22]
+def subjects() -> list[Case]:
+    return [each for each in short_questions() if len(each.source.skeleton) == 22]
 
 
 @pytest.fixture(scope="module")
-def replies(subjects: list[Subject]) -> list[Reply]:
+def replies(subjects: list[Case]) -> list[Reply]:
     return ask(Counting(), "counting", subjects)
 
 
 def test_what_is_refused_is_kept_apart_from_what_breaks(replies: list[Reply]) -> None:
-    assert replies
-    assert all(reply.refused == REFUSED for reply in replies)
-    assert all(list(reply.failed) == ["rate_60"] and MANY in reply.failed["rate_60"] for reply in replies)
+    by_case = {reply.info.id: [r for r in replies if r.info.id == reply.info.id] for reply in replies}
+    assert by_case
+    for mine in by_case.values():
+        assert {r.probe: r.message for r in mine if r.status == "unsupported"} == REFUSED
+        (failed,) = (r for r in mine if r.status == "failed")
+        assert failed.probe == "rate_60"
+        assert MANY in failed.message
 
 
 def test_refusals_are_told_with_their_reason_and_are_no_finding(replies: list[Reply]) -> None:
-    number = len(replies)
+    number = len({reply.info.id for reply in replies})
     (said,) = report.findings("counting", replies)
     assert f"rate_60 could not be answered in {number} of {number} cases" in said
     assert report.refusals("counting", replies) == [
@@ -67,7 +71,7 @@ def test_refusals_are_told_with_their_reason_and_are_no_finding(replies: list[Re
 
 
 def test_in_the_table_a_refused_question_is_no_number_and_says_why(
-    subjects: list[Subject], tmp_path: Path
+    subjects: list[Case], tmp_path: Path
 ) -> None:
     some = [probe for probe in PROBES if probe.id in ("turned", "source_merged")]
     asked = ask(Counting(), "counting", subjects, probes=some)
@@ -90,9 +94,7 @@ def test_in_the_table_a_refused_question_is_no_number_and_says_why(
         assert refused == (merged.value is None) == (row.label == "rest_pose")
 
 
-def test_rows_of_methods_that_were_probed_on_other_cases_go(
-    subjects: list[Subject], tmp_path: Path
-) -> None:
+def test_rows_of_methods_that_were_probed_on_other_cases_go(subjects: list[Case], tmp_path: Path) -> None:
     mine = [subject for subject in subjects if subject.info.split == subjects[0].info.split]
     assert len(mine) > 1
     left = {}

@@ -121,23 +121,6 @@ def test_what_counts_self_pairs_says_where_they_are_missing(tmp_path: Path) -> N
     )
 
 
-def test_who_answered_fewer_is_set_apart_and_the_best_on_the_same_is_told(tmp_path: Path) -> None:
-    hard = PEOPLE[4:]
-    store(tmp_path, "intra", "best", all_of(PEOPLE[:4], 0.1) | all_of(hard, 0.9))
-    store(tmp_path, "intra", "worse", all_of(PEOPLE, 0.8))
-    store(tmp_path, "intra", "few", all_of(PEOPLE[:4], 0.2) | all_of(hard, "unsupported"))
-    table = made(tmp_path, "humot-table4")
-    group = table.groups[1]
-    assert [(row.label, row.cells[0].value, row.n) for row in group.ranked] == [
-        ("best", pytest.approx(0.5), "8"),
-        ("worse", pytest.approx(0.8), "8"),
-    ]
-    assert [(row.label, row.mark, row.cells[0].value, row.n) for row in group.unranked] == [
-        ("few", "answered fewer cases", pytest.approx(0.2), "4/8"),
-    ]
-    assert "few answered fewer cases; on these best has all intra 0.1000." in table.notes
-
-
 def test_columns_over_different_cases_say_how_many_each(tmp_path: Path) -> None:
     for name in ("one", "two"):
         store(tmp_path, "self", name, all_of([("ann>ann", "c0")], 0.1))

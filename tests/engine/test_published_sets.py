@@ -70,8 +70,8 @@ def store(
 
 def rows(root: Path) -> dict[str, OurRow]:
     matrices = Selection(variants=True, apart=False).parts(result_matrices(records.find_results(root)))
-    (part,) = of_sets(TABLE, matrices)
-    return {row.label: row for row in part.rows}
+    found, _ = of_sets(TABLE, matrices)
+    return {row.label: row for row in found}
 
 
 def drawn(root: Path, *methods: str) -> Table:

@@ -5,19 +5,17 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 
 import executing
 import pytest
-from executing import Killer, run, started
+from executing import run, started
 
 from retarget_bench.errors import BenchError
 
 ray = pytest.importorskip("ray", reason="needs the extra ray")
 pytestmark = pytest.mark.slow
 SLOW = ("slow_copy[seconds=0.3]",)
-OURS = ("ray::carry_out", "shard_process", "prediction.fork_server")
 QUIET = {"include_dashboard": False, "log_to_driver": False, "logging_level": "ERROR"}
 
 
@@ -63,19 +61,6 @@ def test_a_worker_is_killed_and_ray_tries_again(tmp_path, local):
     assert run(tmp_path, "ray", *SLOW) == local
     killed.join()
     assert ray.is_initialized()  # it was here before
-
-
-def test_any_process_may_be_killed_at_any_moment(tmp_path, local):
-    ray.init(num_cpus=2, **QUIET)
-    found, number = 0, 0
-    while found < 20:
-        with (
-            Killer(number, "ray::carry_out", "shard_process", "prediction.fork_server") as killer,
-            suppress(BenchError),
-        ):
-            run(tmp_path, "ray[retries=50]", *SLOW, overwrite="always")
-        found, number = found + killer.kills, number + 1
-    assert run(tmp_path, "ray", *SLOW, overwrite="failed") == local
 
 
 def test_a_node_is_lost_and_another_one_goes_on(tmp_path, local):

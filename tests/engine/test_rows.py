@@ -66,5 +66,5 @@ def test_what_stands_twice_is_named(place, file):
     path = getattr(place, file)
     text = path.read_text(encoding="utf-8")
     path.write_text(text + text.splitlines(keepends=True)[1], encoding="utf-8")
-    with pytest.raises(FileError, match="stands twice"):
+    with pytest.raises(FileError, match="is listed twice"):
         records.read_results(place)

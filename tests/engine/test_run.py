@@ -1,7 +1,6 @@
 """The two stages end to end, on toy plug-ins: statuses, files, keys, resuming."""
 
 import csv
-import json
 import os
 import random
 import signal
@@ -16,7 +15,7 @@ import pytest
 from small_plans import asked, carry_out
 
 from retarget_bench import files
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
@@ -123,11 +122,6 @@ def test_seeds_belong_to_cases(tmp_path):
 
 
 # ------------------------------------------------------------------------------------------- resuming
-def test_nothing_is_computed_twice(tmp_path):
-    carry_out(tmp_path, "toy_method")
-    calls = []
-    runner.run(asked(tmp_path, "toy_method"), lambda done, total: calls.append(total))
-    assert calls == [0]
 
 
 def test_a_changed_metric_list_rescores_without_predicting(tmp_path):
@@ -148,14 +142,6 @@ def test_predict_then_score_is_run(tmp_path):
     (apart,) = carry_out(tmp_path / "b", "toy_method[does=picky]", stage="score")
     assert apart.paths.rows.read_bytes() == both.paths.rows.read_bytes()
     assert apart.header.problems == both.header.problems
-
-
-def test_scored_from_files_or_at_once_the_same_bytes(tmp_path):
-    (both,) = carry_out(tmp_path / "a", "toy_method[does=shaken]")
-    runner.run(asked(tmp_path / "b", "toy_method[does=shaken]", stage="predict"), lambda d, t: None)
-    (apart,) = carry_out(tmp_path / "b", "toy_method[does=shaken]", stage="score")
-    assert apart.paths.rows.read_bytes() == both.paths.rows.read_bytes()
-    assert apart.paths.arrays.read_bytes() == both.paths.arrays.read_bytes()
 
 
 def test_a_method_that_writes_to_its_input_changes_nobody_elses_rows(tmp_path):
@@ -273,20 +259,12 @@ def test_what_a_killed_process_was_writing_is_removed(tmp_path):
     assert [path.exists() for path in others] == [True] * 2
 
 
-@pytest.mark.processes
-def test_the_number_of_processes_changes_nothing(tmp_path):
-    one = carry_out(tmp_path / "1", "toy_method", "toy_method[does=noise]")
-    two = carry_out(tmp_path / "2", "toy_method", "toy_method[does=noise]", jobs=2)
-    for a, b in zip(one, two, strict=True):
-        assert a.paths.rows.read_bytes() == b.paths.rows.read_bytes()
-        assert a.paths.arrays.read_bytes() == b.paths.arrays.read_bytes()
-
-
 @pytest.mark.parametrize(("kills", "clips"), [(2, 16), pytest.param(20, 40, marks=pytest.mark.slow)])
 def test_killed_at_random_moments_gives_the_same_bytes(tmp_path, kills, clips):
     """SIGKILL to the whole run, again and again, then one run to the end."""
     method, data = TOYS / "toy_method.py", TOYS / "toy_cases.py"
-    line = [sys.executable, "-m", "retarget_bench", "run", f"{method}", f"{method}[does=shaken]"]
+    methods = (f"{method}", f"{method}[does=shaken]", str(TOYS.parent / "batch_toys" / "toy_batches.py"))
+    line = [sys.executable, "-m", "retarget_bench", "run", *methods]
     line += ["-d", f"{data}[clips={clips}]", "-s", "intra", "--metrics", "position", "-j", "2"]
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
     start = time.monotonic()
@@ -334,27 +312,6 @@ def test_a_key_is_pinned():
 def test_where_the_data_lie_is_no_part_of_their_name(tmp_path):
     assert bound.dataset(Spec.parse("toy_cases")).slug == "toy_cases"
     assert bound.dataset(Spec.parse("toy_cases[clips=4]")).slug.startswith("toy_cases-")
-
-
-def test_newer_and_damaged_headers_are_refused_with_a_sentence(tmp_path):
-    (results,) = carry_out(tmp_path, "toy_method")
-    header = json.loads(results.paths.header.read_text())
-    results.paths.header.write_text(json.dumps(header | {"schema": 99}))
-    with pytest.raises(FileError, match="schema 99"):
-        store.read_results(results.paths)
-    results.paths.header.write_text('{"schema": 1}')
-    with pytest.raises(FileError, match="has result schema 1; this version reads"):
-        store.read_results(results.paths)
-    results.paths.header.write_text("{")
-    with pytest.raises(FileError, match="not a result header"):
-        store.read_results(results.paths)
-
-
-def test_unknown_names_are_refused(tmp_path):
-    with pytest.raises(BenchError, match="toy_method"):
-        carry_out(tmp_path, "toy_methd")
-    with pytest.raises(BenchError, match="toy_cases has no split 'outer'"):
-        runner.run(replace(asked(tmp_path, "toy_method"), splits=("outer",)), lambda done, total: None)
 
 
 def test_a_run_leaves_what_tables_need_to_show_it_before_it_is_done(tmp_path):

@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_plans import asked
 
 from retarget_bench.analysis import summary
 from retarget_bench.evaluation import runner
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.header import parsed
 
@@ -29,16 +28,7 @@ def _toys():
 
 
 def carried_out(root: Path, *methods: str, seeds: int, **changes) -> list[store.ResultPaths]:
-    plan = Plan(
-        methods=tuple(map(Spec.parse, methods)),
-        datasets=(Spec.parse("toy_cases"),),
-        splits=("intra",),
-        metrics=("position",),
-        out=root,
-        seeds=seeds,
-        **changes,
-    )
-    return runner.run(plan, lambda done, total: None)
+    return runner.run(asked(root, *methods, seeds=seeds, **changes), lambda done, total: None)
 
 
 def rows(place: store.ResultPaths) -> dict[str, float]:

@@ -1,6 +1,5 @@
 """Which methods and bodies tables are made of."""
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 from stored import metadata, running, store
@@ -41,7 +40,7 @@ def test_bodies_on_two_and_on_four_legs_are_told_apart(tmp_path):
     found = sections([stored(tmp_path, "m")])
     means = {bodies: section.scores[0].means[VALUE].value for bodies, section in found.items()}
     assert means == {"people": 1.5, "four-legged": 3.0, "mixed": 4.0}
-    assert found["people"].clips == 2
+    assert found["people"].clip_count == 2
     assert found["people"].scores[0].asked == 2
 
 
@@ -192,16 +191,3 @@ def test_a_control_that_is_asked_for_comes_without_the_others(tmp_path):
     assert labels(places, methods=("right",)) == ["right"]
     assert labels(places, methods=("m", "right")) == ["m", "right"]
     assert labels(places, methods=("m",)) == ["m", "still", "right"]
-
-
-def test_the_best_on_the_cases_of_another_is_by_hand(tmp_path):
-    clips = [("ann>bo", f"c{n}") for n in range(20)]
-    numbers = np.arange(20.0)
-    best = store(tmp_path, "cross", "best", [(*c, {VALUE: x}) for c, x in zip(clips, numbers, strict=True)])
-    few = store(
-        tmp_path, "cross", "few", [(*c, {VALUE: 5.0} if n < 8 else "failed") for n, c in enumerate(clips)]
-    )
-    (section,) = summary.split_summaries([best, few])
-    mine, other = section.on_cases_of("few", "best", [VALUE])[VALUE]
-    assert (mine.value, mine.n) == (5.0, 8)
-    assert (other.value, other.n) == (3.5, 8)

@@ -8,15 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_plans import asked
 
 from retarget_bench.api import CaseFeatures, CaseInfo
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import FileError
 from retarget_bench.evaluation import runner, set_metrics
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.set_metrics import draw, evaluate, files
-from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec
+from retarget_bench.plugins import bound, registry
 from retarget_bench.results import store
+from retarget_bench.results.predictions import read_prediction
 
 pytestmark = pytest.mark.usefixtures("in_process")
 
@@ -155,14 +157,7 @@ def test_groups_are_about_equally_large_and_hold_whole_clips():
 
 # --------------------------------------------------------------------------------------------- whole runs
 def plan(root: Path, *methods: str, metric: str = "toy_sets", clips: int = 24, **changes) -> Plan:
-    return Plan(
-        methods=tuple(map(Spec.parse, methods)),
-        datasets=(Spec.parse(f"toy_cases[clips={clips}]"),),
-        splits=("intra",),
-        metrics=("position", metric),
-        out=root,
-        **changes,
-    )
+    return asked(root, *methods, clips=clips, metrics=("position", metric), **changes)
 
 
 def carry_out(*args, **changes) -> list[store.ResultPaths]:
@@ -194,25 +189,30 @@ def test_a_run_stores_features_and_values_and_the_references_score_the_floor(fin
     header = store.read_header(toy.header)
     assert header.set_values["toy_gap"].better == "lower"
     assert "toy_gap" not in header.values
-    kept = files.stored_features(files.features_path(toy), "toy_sets")
-    assert kept["toy/small>tall/clip 0"].generated.dtype == np.float32
     assert not files.waiting_folder(toy).exists()
     assert len(store.find_results(toy.root)) == 2
 
 
-def test_the_value_is_that_of_the_stored_features(finished):
+def test_the_value_is_that_of_the_stored_predictions(finished):
     place, _ = finished
     gap, _ = set_metrics.read(place)
     infos = {info.id: info for info in store.read_cases(place.cases, "retarget", "intra")}
-    found = files.stored_features(files.features_path(place), "toy_sets")
-    assert set(found) == set(infos)
-    drawn = draw.draw(found, infos)
+    data = bound.dataset("toy_cases[clips=24]").built
+    metric = bound.metrics(("toy_sets",)).of_sets[0]
+    cases = {case: data.load(info) for case, info in infos.items()}
+    features = {
+        case: metric.features(
+            Comparison(each, read_prediction(place.prediction(case), each.target, each.source.fps))
+        )
+        for case, each in cases.items()
+    }
+    drawn = draw.draw(features, infos)
     (a, b), (p, q) = drawn.real, drawn.generated
 
     def apart(x, y):
         return np.linalg.norm(x.features.mean(axis=0) - y.features.mean(axis=0))
 
-    assert gap.value == pytest.approx((apart(a, q) + apart(b, p)) / 2, rel=1e-8)
+    assert gap.value == pytest.approx((apart(a, q) + apart(b, p)) / 2, rel=1e-6)  # features are single
     assert gap.floor == pytest.approx(apart(a, b), rel=1e-8)
     assert gap.real == drawn.hash
 
@@ -231,7 +231,6 @@ def test_an_interrupted_run_gives_the_same_bytes(finished, tmp_path):
     with pytest.raises(EnoughError):
         runner.run(stopped, progress)
     (cut,) = runner.run(stopped, lambda done, total: None)
-    assert files.features_path(cut).read_bytes() == files.features_path(whole).read_bytes()
     assert cut.sets.read_bytes() == whole.sets.read_bytes()
     assert cut.rows.read_bytes() == whole.rows.read_bytes()
 
@@ -287,7 +286,6 @@ def test_results_without_sets_have_none(tmp_path):
         replace(plan(tmp_path, "toy_method", clips=2), metrics=("position",)), lambda done, total: None
     )
     assert set_metrics.read(place) == []
-    assert not files.features_path(place).exists()
 
 
 def test_results_of_other_metrics_keep_no_sets_of_earlier_ones(tmp_path):

@@ -3,12 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import random
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -22,7 +16,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.api import CaseInfo
-from retarget_bench.commands import suite
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import executors, runner, shard_work, shards
 from retarget_bench.evaluation.shards import StoredPlan
@@ -39,7 +32,7 @@ def shuffled(monkeypatch) -> Iterator[type[Shuffled]]:
     executing.know_toys()
     executing.small_shards(monkeypatch)
     monkeypatch.setitem(executors.ENGINES, "shuffled", Shuffled)
-    monkeypatch.setattr(runner, "LOOK", 0.0)
+    monkeypatch.setattr(runner, "POLL", 0.0)
     monkeypatch.setattr(runner, "PATIENCE", 0.0)
     return Shuffled
 
@@ -129,26 +122,6 @@ def test_a_shard_that_ends_without_its_answers_is_lost(tmp_path, monkeypatch):
 
 
 # ------------------------------------------------------------------------------------------------- by hand
-@pytest.mark.slow
-@pytest.mark.processes
-def test_a_shard_is_killed_and_carried_out_again(tmp_path):
-    """At any moment: what it finished is not computed anew, and nothing is torn."""
-    made = stored(tmp_path / "again", "slow_copy", clips=8, metrics=("position",), seeds=1)
-    numbers = range(len(list((made.folder / "tasks").iterdir())))
-    line = [sys.executable, "-m", "retarget_bench", "work", str(made.folder), *map(str, numbers), "-j", "1"]
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
-    with subprocess.Popen(line, env=environment, stderr=subprocess.DEVNULL) as process:
-        while not list(made.folder.glob("parts/[0-9]*")):
-            time.sleep(0.02)
-        time.sleep(random.random() / 2)
-        process.send_signal(signal.SIGKILL)
-    done = len(list(made.answers()))
-    done_again = subprocess.run(line, env=environment, capture_output=True, text=True, check=True)
-    assert "shards" in done_again.stderr
-    assert 0 < done < len(list(made.answers())) == 14
-    assert run(tmp_path / "again", "local", "slow_copy", clips=8, seeds=1) == run(
-        tmp_path / "local", "local", "slow_copy", clips=8, seeds=1
-    )
 
 
 def test_a_machine_with_other_code_versions_or_data_says_so(tmp_path):
@@ -157,10 +130,8 @@ def test_a_machine_with_other_code_versions_or_data_says_so(tmp_path):
     facts = json.loads(path.read_text())
     for name in ("numpy", "method copy_rotations", "data set toy_cases"):
         path.write_text(json.dumps(facts | {"common": facts["common"] | {name: "other"}}))
-        with (
-            pytest.raises(BenchError, match=rf"has {name} .* where the run was planned with other; all"),
-        ):
-            shard_work.ShardWork(made.folder, tmp_path).check()
+        with pytest.raises(BenchError, match=rf"has {name} .* where the run was planned with other; all"):
+            shard_work.ShardWork(made.folder, tmp_path, check=True)
 
 
 def test_errors_of_stored_plans_are_sentences(tmp_path):
@@ -245,11 +216,6 @@ def test_an_executor_that_there_is_not_is_told(tmp_path, executor, words):
         run(tmp_path, executor)
     assert words in str(caught.value)
     assert not list(tmp_path.iterdir())
-
-
-def test_a_suite_file_may_name_it(tmp_path):
-    (tmp_path / "suite.toml").write_text('executor = "slurm[partition=cpu]"')
-    assert suite.read(tmp_path / "suite.toml") == {"executor": "slurm[partition=cpu]"}
 
 
 def test_an_executor_is_no_part_of_keys(tmp_path):

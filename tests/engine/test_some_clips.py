@@ -88,7 +88,7 @@ def test_a_whole_run_goes_on_from_one_of_some_clips(tmp_path):
 def test_numbers_are_over_the_clips_that_are_there(tmp_path):
     places = run(tmp_path, "toy_method", "copy_rotations", clips=("clip 1", "clip 3"))
     (found,) = split_summaries(places, select=Selection())
-    assert (found.so_far, found.clips) == ("2 of 5 clips so far", 2)
+    assert (found.so_far, found.clip_count) == ("2 of 5 clips so far", 2)
     assert {(score.ok, score.asked) for score in found.scores} == {(4, 4)}
     whole = run(tmp_path / "whole", "toy_method", "copy_rotations")
     (over_all,) = split_summaries(whole)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import shutil
 from pathlib import Path
 
 import pytest
 from stored import unchecked
-from submitted import TOYS, bench, errors, filled_in, make, predictions, rewrite, some
+from submitted import TOYS, bench, errors, filled_in, make, rewrite, some
 
 from retarget_bench.evaluation import timing
 from retarget_bench.exchange.card import CARD, read
@@ -51,19 +49,13 @@ def test_every_mistake_in_the_card_is_said_at_once(sound: Path) -> None:
     [
         ("no card", "card.toml: is missing"),
         ("newer", "Upgrade retarget-bench"),
-        ("not toml", "is not TOML"),
         ("no rows", "holds no results beside its card.toml"),
         ("a case less", "clip 0 has no numbers, though the header says"),
         ("a case unanswered", "the counts of its header are not those of its cases"),
-        ("a case unlisted", "cases.csv is not what the data set says here"),
         ("other label", "the rows are of ik, mine on toy_cases; a submission is of one method"),
-        ("a control", "a control is no submission"),
+        ("a control", "a control cannot be submitted"),
         ("other data", "made on other data (toy-1-2) than toy_cases has here (toy-1-3)"),
         ("two data sets", "of ik on bows, toy_cases; a submission"),
-        ("not a number", "is not a number"),
-        ("a stranger", "cases.csv is not what the data set says here"),
-        ("unknown data", "toy_csaes"),
-        ("header cut", "is not a result header (method.privileged: Field required)"),
         ("undeclared", "does not say what mpjpe_h.world is"),
         ("a seed twice", "retarget intra: two results are of this seed"),
         ("not complete", "retarget intra: the results are not complete"),
@@ -77,8 +69,6 @@ def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
         (sound / CARD).unlink()
     elif name == "newer":
         header.write_text(json.dumps(facts | {"schema": 99}), encoding="utf-8")
-    elif name == "not toml":
-        (sound / CARD).write_text("authors = = 1")
     elif name == "no rows":
         shutil.rmtree(header.parents[2])
     elif name == "a case less":
@@ -92,12 +82,6 @@ def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
             "cases": [rows.read_text().splitlines()[1].split(",")[0]],
         }
         header.write_text(json.dumps(facts | {"problems": [problem]}), encoding="utf-8")
-    elif name == "a case unlisted":
-        cases = header.with_name("cases.csv")
-        cases.write_text("".join(cases.read_text().splitlines(keepends=True)[:-1]))
-    elif name == "header cut":
-        del facts["method"]["privileged"]
-        header.write_text(json.dumps(facts), encoding="utf-8")
     elif name == "undeclared":
         del facts["values"]["mpjpe_h.world"]
         header.write_text(json.dumps(facts), encoding="utf-8")
@@ -112,18 +96,8 @@ def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
         rewrite(header, '"control": false', '"control": true')
     elif name == "other data":
         rewrite(header, "toy-1-3", "toy-1-2")
-    elif name == "two data sets":
-        rewrite(header, '"name": "toy_cases"', '"name": "bows"')
-    elif name == "not a number":
-        text = rows.read_text().splitlines()
-        text[1] = text[1].rsplit(",", 1)[0] + ",nan"
-        rows.write_text("\n".join(text) + "\n")
-    elif name == "a stranger":
-        cases = header.with_name("cases.csv")
-        cases.write_text(cases.read_text() + "toy/small>tall/clip 9,small,tall,clip 9,wiggle,12\n")
     else:
-        for path in sound.glob("*/retarget/*/*.json"):
-            rewrite(path, '"name": "toy_cases"', '"name": "toy_csaes"')
+        rewrite(header, '"name": "toy_cases"', '"name": "bows"')
     assert any(told in text for text in errors(sound)), errors(sound)
 
 
@@ -142,21 +116,6 @@ def test_predictions_made_elsewhere_are_submitted_by_their_scores(tmp_path: Path
     for path in found:
         (ours,) = runs.glob(f"*/retarget/{path.parent.name}/ik.csv")
         assert path.read_bytes() == ours.read_bytes()
-
-
-def test_rows_that_the_predictions_do_not_give_are_found(sound: Path, runs: Path) -> None:
-    predictions(runs, sound)
-    assert check(sound) == ([], [])
-    unchecked(sound)
-    rows = some(sound, "cross", ".csv")
-    table = list(csv.reader(io.StringIO(rows.read_text())))
-    for row in table[1:]:
-        if row[1] == "mpjpe_h.world":
-            row[3] = f"{float(row[3]) * 0.9:.9g}"
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows(table)
-    rows.write_text(out.getvalue())
-    assert any(" as mpjpe_h.world, and the rows say " in text for text in errors(sound))
 
 
 def test_the_leaderboard_shows_quality_and_cost(sound: Path, runs: Path) -> None:
@@ -205,7 +164,7 @@ def test_the_command(sound: Path, runs: Path, tmp_path: Path, capsys: pytest.Cap
     capsys.readouterr()
     wrong = {
         ("submit", str(sound)): "say one of",
-        ("submit", str(tmp_path / "x"), "--check"): "is no folder",
+        ("submit", str(tmp_path / "x"), "--check"): "is not a folder",
         ("submit", str(sound), "--make", "ik", "--results", str(runs)): "not an empty folder",
         (
             "submit",

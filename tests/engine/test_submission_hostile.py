@@ -35,10 +35,6 @@ def linked_card(sound: Path) -> None:
     (sound / CARD).symlink_to("/etc/passwd")
 
 
-def linked_folder(sound: Path) -> None:
-    some(sound, "intra", ".csv").with_suffix("").symlink_to("/etc", target_is_directory=True)
-
-
 def fifo(sound: Path) -> None:
     (sound / CARD).unlink()
     os.mkfifo(sound / CARD)
@@ -88,10 +84,6 @@ def deep_folders(sound: Path) -> None:
 
 def deep_toml(sound: Path) -> None:
     rewrite(sound / CARD, "trained_on = []", "trained_on = " + "[" * 9999 + "]" * 9999)
-
-
-def many_digits(sound: Path) -> None:
-    rewrite(sound / CARD, "parameters = 0", "parameters = " + "9" * 5000)
 
 
 def endless(sound: Path) -> None:
@@ -183,13 +175,6 @@ def case_twice(sound: Path) -> None:
     path.write_text(path.read_text() + path.read_text().splitlines()[1] + "\n")
 
 
-def other_clip(sound: Path) -> None:
-    path = some(sound, "intra", ".csv").with_name("cases.csv")
-    lines = path.read_text().splitlines()
-    cells = lines[1].split(",")
-    path.write_text("\n".join([lines[0], ",".join([*cells[:3], "another", *cells[4:]]), *lines[2:], ""]))
-
-
 def other_parts(sound: Path) -> None:
     (place,) = (each for each in store.find_results(sound) if each.split == "intra")
     facts = store.read_csv(case_metadata.path_of(place), case_metadata.FIELDS)[:-1]
@@ -217,11 +202,11 @@ def all_zero(sound: Path) -> None:
 
 
 HOSTILE = [
-    *((link, "secret.txt is a link"), (linked_card, "is a link"), (linked_folder, "is a link")),
-    *((fifo, "is no ordinary file"), (listening, "is no ordinary file")),
+    *((link, "secret.txt is a link"), (linked_card, "is a link")),
+    *((fifo, "is not an ordinary file"), (listening, "is not an ordinary file")),
     *((large_card, "files of up to 0.001 GB are read"), (large_file, "more than the 1,000,000,000")),
     *((bomb, "it unpacks to 5,000,"), (pickled, "allow_pickle=False"), (deep_folders, "folders deep")),
-    *((deep_toml, "is not TOML"), (many_digits, "is not TOML"), (endless, "training_hours: ")),
+    *((deep_toml, "is not TOML"), (endless, "training_hours: ")),
     (deep_header, "is not a result header"),
     (other_root, "folder needs your files: give --root DIR"),
     *(
@@ -230,9 +215,13 @@ HOSTILE = [
     ),
     (newest_of_all, "a newer version of position than is installed"),
     *((direction, "declares another better"), (other_split, "the rows are of retarget self")),
-    *((huge_cell, "field larger than"), (row_twice, "stands twice"), (case_twice, "cases.csv is not what")),
+    *(
+        (huge_cell, "field larger than"),
+        (row_twice, "is listed twice"),
+        (case_twice, "cases.csv is not what"),
+    ),
     *((metric_gone, "no values of ground"), (no_sets, "are left out")),
-    *((other_clip, "cases.csv is not what"), (other_parts, "cases.metadata.csv is not what")),
+    (other_parts, "cases.metadata.csv is not what"),
     *((number("mpjpe_h.world", "-3"), "is -3"), (number("contact_recall", "7"), "is 7, which is not")),
     (number("mpjpe_h.world", "1e308"), "is 1e+308"),
     (no_checksums, "its header has no checksum of ik.csv, ik.npz"),
@@ -276,6 +265,7 @@ def test_what_predictions_do_not_give_is_found(
     sound: Path, runs: Path, change: Callable[[Path], None], told: str
 ) -> None:
     predictions(runs, sound)
+    assert check(sound) == ([], [])
     change(sound)
     sealed(sound)
     assert any(told in error for error in errors(sound)), errors(sound)

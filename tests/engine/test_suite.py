@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from retarget_bench.commands import suite
-from retarget_bench.commands.run import command
+from retarget_bench.commands.run import command, read_suite
 from retarget_bench.errors import FileError
 
 pytestmark = pytest.mark.usefixtures("in_process")
@@ -19,7 +18,7 @@ def test_the_same_words_as_the_command_line(tmp_path):
     file.write_text(
         'methods = "ik"\ndataset = "mixamo[fps=60]"\nroot = "x"\nsplits = ["intra"]\njobs = 2\n'
     )
-    assert suite.read(file) == {
+    assert read_suite(file) == {
         "methods": ["ik"], "dataset": "mixamo[fps=60]", "root": "x", "splits": ["intra"], "jobs": 2,
     }  # fmt: skip
 
@@ -28,7 +27,7 @@ def test_every_mistake_is_listed_with_its_place(tmp_path):
     file = tmp_path / "suite.toml"
     file.write_text('jobs = "two"\nsplit = ["intra"]\nmethods = ["a", 3]\noverwrite = "often"\nlimit = 0\n')
     with pytest.raises(FileError) as caught:
-        suite.read(file)
+        read_suite(file)
     for words in (
         "jobs is",
         "split: there is no",
@@ -45,7 +44,7 @@ def test_what_is_not_toml_is_refused(tmp_path, text):
     file = tmp_path / "suite.toml"
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(FileError, match="not TOML"):
-        suite.read(file)
+        read_suite(file)
 
 
 def test_flags_win(tmp_path):

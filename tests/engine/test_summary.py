@@ -119,19 +119,6 @@ def test_who_leaves_out_a_case_does_not_choose_what_the_others_are_compared_on(t
     assert (ours.value, theirs.value) == pytest.approx((0.5 * many[:-2].mean(), 0.9 * many[:-2].mean()))
 
 
-def test_controls_and_privileged_rows_are_never_ranked(tmp_path, hard):
-    found = section(
-        tmp_path,
-        {"m": hard, "floor": 0 * hard, "leak": 0.1 * hard},
-        floor={"control": True},
-        leak={"privileged": ["reference"]},
-    )
-    assert found.rankings[VALUE].order == ("m",)
-    only = section(tmp_path / "other", {"floor": hard}, floor={"control": True})
-    assert only.rankings == {}
-    assert VALUE in only.scores[0].means
-
-
 def test_ratios_are_ranked_by_their_factor_from_the_goal_in_every_case(tmp_path):
     # around 1 on average and far from it in every case, against always 1.3
     swings = np.where(np.arange(24) % 2, 0.4, 1.6)

@@ -7,7 +7,7 @@ import time
 import pytest
 
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins import trial
+from retarget_bench.plugins import named
 
 
 @pytest.fixture(autouse=True)
@@ -26,18 +26,18 @@ def own_cache(tmp_path, monkeypatch):
 def test_code_that_ends_the_process_is_a_sentence(tmp_path, code, told):
     (tmp_path / "bad.py").write_text(code)
     with pytest.raises(BenchError, match=told):
-        trial.try_import(tmp_path / "bad.py")
+        named.try_import(tmp_path / "bad.py")
 
 
 def test_code_that_hangs_is_a_sentence_and_leaves_no_process(tmp_path, monkeypatch):
-    monkeypatch.setattr(trial, "LONGEST", 4.0)
+    monkeypatch.setattr(named, "LONGEST", 4.0)
     (tmp_path / "bad.py").write_text(
         "import os, time\n"
         f"open({str(tmp_path / 'pid')!r}, 'w').write(str(os.getpid()))\n"
         "while True: time.sleep(1)\n"
     )
     with pytest.raises(BenchError, match="takes more than 4 s"):
-        trial.try_import(tmp_path / "bad.py")
+        named.try_import(tmp_path / "bad.py")
     pid = int((tmp_path / "pid").read_text())
     assert not _lives(pid)
 
@@ -55,10 +55,10 @@ def _lives(pid: int) -> bool:
 def test_what_raises_is_left_to_the_import_that_tells_it_and_files_are_tried_once(tmp_path):
     bad = tmp_path / "raises.py"
     bad.write_text(f"open({str(tmp_path / 'count')!r}, 'a').write('.')\nraise RuntimeError\n")
-    trial.try_import(bad)
-    trial.try_import(bad)
+    named.try_import(bad)
+    named.try_import(bad)
     assert (tmp_path / "count").read_text() == "."
     bad.write_text(bad.read_text() + "# another state\n1 / 0\n")
-    trial.try_import(bad)
+    named.try_import(bad)
     assert (tmp_path / "count").read_text() == ".."
-    trial.try_import(tmp_path / "none.py")  # is told by what reads it
+    named.try_import(tmp_path / "none.py")  # is told by what reads it

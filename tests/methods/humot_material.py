@@ -7,15 +7,13 @@ from dataclasses import replace
 from typing import Any
 from unittest.mock import patch
 
-import numpy as np
 import pan_material
 import torch
+from training_material import training_data
 
 from retarget_bench.methods.humot import DESIGNS, HuMoT
 from retarget_bench.methods.humot.training import HumotTraining
 from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.data import TrainingData
-from retarget_bench.training.phases import to_device
 
 BODIES, THREE = pan_material.BODIES, pan_material.THREE
 WINDOW = 12
@@ -24,27 +22,20 @@ PLAIN = dict.fromkeys(("facing", "sized", "varied", "slanted", "turned", "mirror
 """Windows go through training as they are."""
 
 
-def training_data(
-    method: HuMoT, names: Sequence[str] = THREE, lengths: Sequence[int] = (40, 9)
-) -> TrainingData:
-    """The second of every body's clips is shorter than a window."""
-    return pan_material.training_data(method, names, lengths)  # type: ignore[arg-type]
-
-
 def training_module(
     names: Sequence[str] = THREE, lengths: Sequence[int] = (40, 9), thin: bool = False, **parameters: Any
 ) -> HumotTraining:
-    """thin: networks that are narrower than the variant's; such a learner's method cannot be asked."""
+    """The second of every body's clips is shorter than a window.
+
+    thin: networks that are narrower than the variant's; such a learner's method cannot be asked.
+    """
     method = HuMoT(**parameters)
     torch.manual_seed(0)
     config = TrainingConfig(steps=1, batch=6, window=WINDOW, rate=1e-3)
     narrow = {name: replace(design, **THIN) for name, design in DESIGNS.items()} if thin else {}
+    data = training_data(method, {name: BODIES[name] for name in names}, lengths)
     with patch.dict("retarget_bench.methods.humot.DESIGNS", narrow):
-        return method.training_module(training_data(method, names, lengths), config)
-
-
-def batch(mine: HumotTraining, rows: int = 6, seed: int = 0) -> Any:
-    return to_device(mine.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
+        return method.training_module(data, config)
 
 
 def trained(names: Sequence[str] = THREE, **parameters: Any) -> Any:

@@ -143,8 +143,8 @@ def along_time(layers: nn.ModuleList, values: Tensor, mask: Tensor) -> Tensor:
     """Convolutions of ``(tracks, channels, frames)`` with ELUs; mask ``(tracks, 1, frames)``."""
     values = values * mask
     for layer in layers:
-        found = functional.conv1d(values, layer.weight, layer.bias, padding=layer.kernel // 2)
-        values = functional.elu(found) * mask
+        smoothed = functional.conv1d(values, layer.weight, layer.bias, padding=layer.kernel // 2)
+        values = functional.elu(smoothed) * mask
     return values
 
 

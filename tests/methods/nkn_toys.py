@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import torch
 from method_bodies import body, dance
+from training_material import batch, single_precision
 
 from retarget_bench.motion.character import Character
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData
-from retarget_bench.training.phases import optimiser_phases, to_device
+from retarget_bench.training.phases import optimiser_phases
 
 CAST = {
     "one": body("one"),
@@ -43,8 +43,7 @@ def training_data(method: Any, cast: dict[str, Character] | None = None, frames:
     clips = {}
     for number, (name, character) in enumerate(cast.items()):
         motion = dance(character, frames - number, seed=number)
-        arrays = {key: np.asarray(each, np.float32) for key, each in method.prepare(motion).items()}
-        clips[name] = [ClipArrays(name, "dance", arrays)]
+        clips[name] = [ClipArrays(name, "dance", single_precision(method.prepare(motion)))]
     return TrainingData(dict(cast), clips)
 
 
@@ -55,10 +54,6 @@ def training_module(
     return method.training_module(
         training_data(method, cast), TrainingConfig(steps=1, batch=4, window=window, rate=1e-3)
     )
-
-
-def batch(module: Any, rows: int = 4, step: int = 0) -> Any:
-    return to_device(module.draw(np.random.default_rng(step), rows), torch.device("cpu"))
 
 
 def train(module: Any, steps: int, rate: float = 1e-3) -> list[dict[str, float]]:
@@ -72,6 +67,6 @@ def train(module: Any, steps: int, rate: float = 1e-3) -> list[dict[str, float]]
         given: dict[str, Any] = {}
         measured: dict[str, torch.Tensor] = {}
         for phase in phases:
-            measured |= phase(batch(module, step=step), given, rate)
+            measured |= phase(batch(module, rows=4, seed=step), given, rate)
         found.append({name: float(each) for name, each in measured.items()})
     return found

@@ -10,15 +10,13 @@ from typing import Any
 import method_bodies
 import numpy as np
 import torch
+from training_material import training_data
 
 from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.training import PanTraining
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.data import ClipArrays, TrainingData
-from retarget_bench.training.phases import to_device
 
 WINDOW = 16
 
@@ -93,25 +91,6 @@ THREE = (*TWO, "one_one_armed", "tall_one_armed")
 LEGS = ("one", "tall", "rex", "pup")
 
 
-def dances(name: str, lengths: Sequence[int] = (30, 40)) -> list[Motion]:
-    return [method_bodies.dance(BODIES[name], frames, seed) for seed, frames in enumerate(lengths)]
-
-
-def training_data(
-    method: Pan, names: Sequence[str] = TWO, lengths: Sequence[int] = (30, 40)
-) -> TrainingData:
-    clips = {
-        name: [
-            ClipArrays(
-                name, f"dance {n}", {key: a.astype(np.float32) for key, a in method.prepare(each).items()}
-            )
-            for n, each in enumerate(dances(name, lengths))
-        ]
-        for name in names
-    }
-    return TrainingData({name: BODIES[name] for name in names}, clips)
-
-
 def training_module(
     names: Sequence[str] = TWO,
     lengths: Sequence[int] = (30, 40),
@@ -126,17 +105,14 @@ def training_module(
         thin = replace(method.settings.design, embedding=(32,), feedforward=32, judging=16)
         method.settings = replace(method.settings, design=thin)
     torch.manual_seed(seed)
+    cast = {name: BODIES[name] for name in names}
     return method.training_module(
-        training_data(method, names, lengths), TrainingConfig(steps=1, batch=4, window=window, rate=1e-3)
+        training_data(method, cast, lengths), TrainingConfig(steps=1, batch=4, window=window, rate=1e-3)
     )
-
-
-def batch(module: PanTraining, rows: int = 4, seed: int = 0) -> Any:
-    return to_device(module.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
 
 
 @cache
 def trained(names: Sequence[str] = TWO, **parameters: Any) -> Pan:
     """A method with weights that are drawn, not learnt: answers that differ from frame to frame."""
-    made: Any = training_module(names, **parameters).method()
-    return made  # type: ignore[no-any-return]
+    method: Any = training_module(names, **parameters).method()
+    return method  # type: ignore[no-any-return]

@@ -362,7 +362,7 @@ def codes(layout: Layout, rows: int = 2, frames: int = 6, width: int = 32) -> Te
     return torch.randn(rows, frames, len(layout.parts), width)
 
 
-def close(found: Tensor, expected: Tensor) -> None:
+def close(answer: Tensor, expected: Tensor) -> None:
     """To 1e-5 of the largest number."""
     scale = max(1.0, float(expected.detach().abs().max()))
-    torch.testing.assert_close(found, expected, rtol=0.0, atol=1e-5 * scale)
+    torch.testing.assert_close(answer, expected, rtol=0.0, atol=1e-5 * scale)

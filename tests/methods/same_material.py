@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
-from method_bodies import body, dance, without
+from method_bodies import body, without
+from training_material import training_data
 
 from retarget_bench.methods.same import Same
 from retarget_bench.methods.same.graph import Nodes
@@ -21,8 +21,6 @@ from retarget_bench.methods.same.training import SameTraining
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.importer import load
 from retarget_bench.motion.measures import measure
-from retarget_bench.training.data import ClipArrays, TrainingData
-from retarget_bench.training.phases import to_device
 
 BODIES: dict[str, Character] = {
     "plain": replace(body("plain"), name="plain"),
@@ -32,27 +30,10 @@ BODIES: dict[str, Character] = {
 WINDOW = 8
 
 
-@lru_cache
-def training_data(frames: tuple[int, ...] = (30, 11)) -> TrainingData:
-    """Every body does every clip."""
-    method = Same()
-    clips = {
-        name: [
-            ClipArrays(name, f"clip{seed}", method.prepare(dance(character, count, seed)))
-            for seed, count in enumerate(frames)
-        ]
-        for name, character in BODIES.items()
-    }
-    return TrainingData(BODIES, clips)
-
-
 def training_module(frames: tuple[int, ...] = (30, 11)) -> SameTraining:
+    method = Same()
     torch.manual_seed(0)
-    return Same().training_module(training_data(frames), Same().presets["quick"])
-
-
-def batch(module: SameTraining, rows: int = 6, seed: int = 0) -> Any:
-    return to_device(module.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
+    return method.training_module(training_data(method, BODIES, frames), method.presets["quick"])
 
 
 def trained(**parameters: Any) -> Same:
@@ -80,8 +61,10 @@ def write_released(arrays: Oracle, folder: Path) -> Path:
     torch.save(
         {"epoch": 239, "model": model, "optimizer": {}, "scheduler": {"last_epoch": 240}}, folder / MODEL
     )
-    kept = {name[6:]: torch.from_numpy(each) for name, each in arrays.items() if name.startswith("stats/")}
-    torch.save(kept, folder / STATISTICS)
+    statistics = {
+        name[6:]: torch.from_numpy(each) for name, each in arrays.items() if name.startswith("stats/")
+    }
+    torch.save(statistics, folder / STATISTICS)
     return folder
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from training_material import single_precision
 
 from retarget_bench.methods.skin import SKIN
 from retarget_bench.methods.skr import SKR
@@ -40,8 +41,7 @@ def body(name: str = "ada") -> Character:
 def training_data(method: Any) -> TrainingData:
     clips = {}
     for name, motion in motions().items():
-        arrays = {key: a.astype(np.float32) for key, a in method.prepare(motion).items()}
-        clips[name] = [ClipArrays(name, "clip", arrays)]
+        clips[name] = [ClipArrays(name, "clip", single_precision(method.prepare(motion)))]
     return TrainingData({name: body(name) for name in clips}, clips)
 
 

@@ -28,9 +28,9 @@ def positions(places: np.ndarray, fps: float = 30.0) -> Positions:
 
 
 def answer(method, source) -> np.ndarray:
-    found = method.retarget(source, ANN, context=Context())
-    assert (found.frames, found.fps) == (source.frames, source.fps)
-    return found.positions
+    answer = method.retarget(source, ANN, context=Context())
+    assert (answer.frames, answer.fps) == (source.frames, source.fps)
+    return answer.positions
 
 
 def polynomial(order: int, frames: int = 50) -> np.ndarray:
@@ -43,11 +43,6 @@ def polynomial(order: int, frames: int = 50) -> np.ndarray:
 def test_savitzky_golay_leaves_polynomials_of_its_order_alone(window, order):
     places = polynomial(order)
     assert np.allclose(answer(SavitzkyGolay(window, order), positions(places)), places, atol=1e-9)
-
-
-def test_savitzky_golay_changes_polynomials_of_higher_order():
-    places = polynomial(5)
-    assert np.abs(answer(SavitzkyGolay(21, 2), positions(places)) - places).max() > 1e-3
 
 
 def test_savitzky_golay_is_the_least_squares_fit_at_the_middle_of_its_window():

@@ -51,15 +51,17 @@ def test_feet_of_a_swaying_drifting_answer_stand_where_those_of_ik_stand(target)
     found = locked(answer, source)
     assert np.ptp(feet(answer), axis=0).max() > 0.02 * target.height
     assert np.ptp(feet(found), axis=0).max() < 2e-3 * target.height
-    wanted = feet(answered("ik[hands=false]", source, target))
-    assert np.abs(feet(found) - wanted).max() < 0.02 * target.height  # toes lie as the answer's feet point
+    expected = feet(answered("ik[hands=false]", source, target))
+    assert (
+        np.abs(feet(found) - expected).max() < 0.02 * target.height
+    )  # toes lie as the answer's feet point
 
 
 def test_copied_rotations_become_ik_without_hands():
     for source, target in ((squat(body()), body("long", thigh=0.62, shin=0.40)), (dance(body()), body())):
-        found = locked(answered("copy_rotations", source, target), source)
-        wanted = answered("ik[hands=false]", source, target)
-        np.testing.assert_allclose(found.positions, wanted.positions, atol=1e-9)
+        answer = locked(answered("copy_rotations", source, target), source)
+        expected = answered("ik[hands=false]", source, target)
+        np.testing.assert_allclose(answer.positions, expected.positions, atol=1e-9)
 
 
 def test_above_the_hips_joints_turn_as_in_the_answer():

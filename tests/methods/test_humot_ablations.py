@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import humot_material
 import pytest
+import training_material
 
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python import ablations
@@ -31,9 +32,9 @@ def test_the_printed_numbers_are_the_overall_means_of_tables_3_to_5():
 @pytest.mark.parametrize("row", ABLATION.rows)
 def test_rows_train(row):
     module = humot_material.training_module(**({"varied": False} | ABLATION.rows[row]))
-    batch = humot_material.batch(module)
+    batch = training_material.batch(module)
     assert ("bones" in module.losses("autoencoder", batch, {})) == (row != "HuMoT, no BLC")
-    same = batch["given"]["joints"].shape == batch["asked"]["joints"].shape and bool(
-        (batch["given"]["template"] == batch["asked"]["template"]).all()
+    same = batch["source"]["joints"].shape == batch["target"]["joints"].shape and bool(
+        (batch["source"]["template"] == batch["target"]["template"]).all()
     )
     assert same == (row == "HuMoT, no SJS")

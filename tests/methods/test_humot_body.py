@@ -18,7 +18,7 @@ from retarget_bench.methods.humot.features import (
     unfit,
     upright,
 )
-from retarget_bench.methods.humot.training import DROP_MAJOR, DROP_OTHER, kept
+from retarget_bench.methods.humot.training import DROP_MAJOR, DROP_OTHER, subsampled
 from retarget_bench.motion.aligned import neutral_pose
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
@@ -122,14 +122,14 @@ def test_joints_are_left_out_as_often_as_the_paper_says():
     numbers = np.random.default_rng(2)
     major = np.arange(40) < 12
     count = 3000
-    stays = sum(np.bincount(kept(numbers, major), minlength=40) for _ in range(count)) / count
+    stays = sum(np.bincount(subsampled(numbers, major), minlength=40) for _ in range(count)) / count
     for share, drop in ((stays[:12], DROP_MAJOR), (stays[12:], DROP_OTHER)):
         assert np.abs(share - (1.0 - drop)).max() < 5.0 * np.sqrt(drop * (1.0 - drop) / count)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4))
 def test_at_least_two_joints_stay(seed, joints):
-    found = kept(np.random.default_rng(seed), np.zeros(joints, bool))
+    found = subsampled(np.random.default_rng(seed), np.zeros(joints, bool))
     assert len(found) >= min(2, joints)
     assert (np.diff(found) > 0).all()
 
@@ -139,11 +139,13 @@ def test_parents_are_the_nearest_that_stay(data):
     count = data.draw(st.integers(2, 12))
     parents = [-1, *(data.draw(st.integers(0, joint - 1)) for joint in range(1, count))]
     joints = np.array(sorted(data.draw(st.sets(st.integers(0, count - 1), min_size=1))))
-    found = parents_among(parents, joints)
+    nearest = parents_among(parents, joints)
     for place, joint in enumerate(joints):
         line, above = [], parents[joint]
         while above >= 0:
             line.append(above)
             above = parents[above]
-        wanted = [each for each in line if each in joints]
-        assert (joints[found[place]] if found[place] >= 0 else None) == (wanted[0] if wanted else None)
+        expected = [each for each in line if each in joints]
+        assert (joints[nearest[place]] if nearest[place] >= 0 else None) == (
+            expected[0] if expected else None
+        )

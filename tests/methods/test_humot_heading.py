@@ -22,8 +22,8 @@ def about_z(places, angle):
 def test_turning_is_about_the_vertical_axis():
     rng = np.random.default_rng(0)
     places, angles = rng.normal(size=(4, 3, 5, 3)), rng.uniform(-4, 4, 4)
-    wanted = np.stack([about_z(row, angle) for row, angle in zip(places, angles, strict=True)])
-    np.testing.assert_allclose(rotated(places, angles), wanted, atol=1e-12)
+    expected = np.stack([about_z(row, angle) for row, angle in zip(places, angles, strict=True)])
+    np.testing.assert_allclose(rotated(places, angles), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("angle", [-2.9, -1.0, 0.3, 3.0])
@@ -37,14 +37,14 @@ def test_a_window_that_is_turned_is_turned_back(angle):
 
 def test_no_angle_brings_template_and_window_nearer():
     places, template, joints, frames = window(np.random.default_rng(2), rows=3)
-    found = headings(places, template, joints, frames)
+    angles = headings(places, template, joints, frames)
     mean = places.mean(1)
     mean, still = (each - each.mean(1, keepdims=True) for each in (mean, template))
     for row in range(3):
         tried = np.linspace(-np.pi, np.pi, 7201)
         apart = [np.square(about_z(still[row], angle) - mean[row]).sum() for angle in tried]
         best = tried[int(np.argmin(apart))]
-        assert abs(np.angle(np.exp(1j * (best - found[row])))) < 1e-3
+        assert abs(np.angle(np.exp(1j * (best - angles[row])))) < 1e-3
 
 
 def test_padding_says_nothing():

@@ -6,6 +6,7 @@ import humot_material
 import numpy as np
 import pytest
 import torch
+import training_material
 
 from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.features import body
@@ -21,7 +22,7 @@ def losses(module, batch):
 # ---------------------------------------------------------------------------------------- what is drawn
 def test_the_whole_skeleton_where_nothing_is_left_out():
     module = humot_material.training_module(lengths=(WINDOW,), subsampling=False, **humot_material.PLAIN)
-    given, asked = (humot_material.batch(module, 4)[key] for key in ("given", "asked"))
+    given, asked = (training_material.batch(module, 4)[key] for key in ("source", "target"))
     for key in given:
         assert torch.equal(given[key], asked[key])
     for row in range(4):
@@ -36,26 +37,26 @@ def test_the_whole_skeleton_where_nothing_is_left_out():
         mine = body(BODIES[name])
         assert np.abs(places[:, mine.major].mean((0, 1))).max() < 1e-5
         assert given["parents"][row, :count].tolist() == list(mine.parents)
-        clip = humot_material.training_data(HuMoT(), [name], (WINDOW,)).clips[name][0].arrays["places"]
-        apart = places - clip
+        (clip,) = training_material.training_data(HuMoT(), {name: BODIES[name]}, (WINDOW,)).clips[name]
+        apart = places - clip.arrays["places"]
         assert np.abs(apart - apart[:1, :1]).max() < 1e-5  # but for one shift
 
 
 def test_two_draws_of_joints_are_independent_and_fit_their_templates():
     module = humot_material.training_module(**humot_material.PLAIN)
-    found = humot_material.batch(module, 40)
+    rows = training_material.batch(module, 40)
     differ = 0
-    for side in ("given", "asked"):
-        part = found[side]
+    for side in ("source", "target"):
+        part = rows[side]
         assert (part["places"][~part["joints"].unsqueeze(1).expand(-1, WINDOW, -1)] == 0.0).all()
-        assert (part["places"][~found["frames"]] == 0.0).all()
+        assert (part["places"][~rows["frames"]] == 0.0).all()
         assert (part["parents"][~part["joints"]] == -1).all()
         assert part["joints"].sum(1).min() >= 2
     for row in range(40):
-        counts = [int(found[side]["joints"][row].sum()) for side in ("given", "asked")]
+        counts = [int(rows[side]["joints"][row].sum()) for side in ("source", "target")]
         templates = [
-            found[side]["template"][row, :count]
-            for side, count in zip(("given", "asked"), counts, strict=True)
+            rows[side]["template"][row, :count]
+            for side, count in zip(("source", "target"), counts, strict=True)
         ]
         differ += counts[0] != counts[1] or not torch.equal(*templates)
     assert differ > 35
@@ -64,21 +65,21 @@ def test_two_draws_of_joints_are_independent_and_fit_their_templates():
 def test_turned_and_mirrored_windows_keep_their_shape():
     """Distances between joints stay, heights stay; mirrored bodies have mirrored templates."""
     options = {"subsampling": False, "lengths": (WINDOW,)}
-    plain = humot_material.batch(humot_material.training_module(**humot_material.PLAIN, **options), 12)
-    other = humot_material.batch(
+    plain = training_material.batch(humot_material.training_module(**humot_material.PLAIN, **options), 12)
+    other = training_material.batch(
         humot_material.training_module(
             **(humot_material.PLAIN | {"turned": True, "mirrored": True}), **options
         ),
         12,
     )
     # the numbers that choose the rows are drawn first, so rows are the same
-    joints = plain["given"]["joints"]
-    assert torch.equal(joints, other["given"]["joints"])
-    a, b = (each["given"]["places"] for each in (plain, other))
+    joints = plain["source"]["joints"]
+    assert torch.equal(joints, other["source"]["joints"])
+    a, b = (each["source"]["places"] for each in (plain, other))
     torch.testing.assert_close(torch.cdist(a, a), torch.cdist(b, b), atol=1e-4, rtol=1e-4)
     torch.testing.assert_close(a[..., 2], b[..., 2], atol=1e-5, rtol=0.0)
     assert not torch.allclose(a[..., 0], b[..., 0], atol=0.01)
-    one, two = (each["given"]["template"] for each in (plain, other))
+    one, two = (each["source"]["template"] for each in (plain, other))
     mirrored = [not torch.equal(one[row], two[row]) for row in range(12)]
     assert 0 < sum(mirrored) < 12
     for row in range(12):
@@ -92,7 +93,7 @@ def test_turned_and_mirrored_windows_keep_their_shape():
 # ------------------------------------------------------------------------------------------ that it learns
 def test_without_consistency_there_is_one_term():
     module = humot_material.training_module(consistency=0.0)
-    assert set(losses(module, humot_material.batch(module))) == {"reconstruction"}
+    assert set(losses(module, training_material.batch(module))) == {"reconstruction"}
 
 
 # ---------------------------------------------------------------------------------------------- weights

@@ -16,11 +16,11 @@ PARENTS = ([-1, 0, 1, 1, 0], [-1, 0, -1], [-1, 0, 1, 2])
 def rows(seed=0):
     numbers = np.random.default_rng(seed)
     most, longest = max(j for _, j in ROWS), max(f for f, _ in ROWS)
-    answer, wanted = numbers.normal(size=(2, len(ROWS), longest, most, 3))
+    answer, expected = numbers.normal(size=(2, len(ROWS), longest, most, 3))
     joints = np.array([[j < count for j in range(most)] for _, count in ROWS])
     frames = np.array([[f < count for f in range(longest)] for count, _ in ROWS])
     parents = np.array([[*line, *[-1] * (most - len(line))] for line in PARENTS])
-    return tuple(map(torch.from_numpy, (answer, wanted, joints, frames, parents)))
+    return tuple(map(torch.from_numpy, (answer, expected, joints, frames, parents)))
 
 
 def test_eq_1_is_the_mean_squared_distance():
@@ -53,39 +53,39 @@ def test_eq_2_is_the_variance_of_relative_bone_lengths():
 
 
 def test_padding_counts_for_nothing():
-    answer, wanted, joints, frames, parents = rows()
+    answer, expected, joints, frames, parents = rows()
     real = (frames[:, :, None] & joints[:, None, :])[..., None]
     other = torch.where(real, answer, 1e6)
-    asked = {"places": wanted, "joints": joints, "parents": parents}
+    asked = {"places": expected, "joints": joints, "parents": parents}
     for name, value in losses(answer, asked, frames, 0.5).items():
         assert losses(other, asked, frames, 0.5)[name].item() == pytest.approx(value.item(), rel=1e-12)
 
 
 def test_bones_that_scale_all_alike_cost_nothing_and_have_gradients():
-    _, wanted, joints, frames, parents = rows()
-    answer = (1.3 * wanted).requires_grad_()
-    loss = bones(answer, wanted, parents, frames)
+    _, expected, joints, frames, parents = rows()
+    answer = (1.3 * expected).requires_grad_()
+    loss = bones(answer, expected, parents, frames)
     assert loss.item() < 1e-20
-    reconstruction(answer, wanted, joints, frames).backward()
+    reconstruction(answer, expected, joints, frames).backward()
     assert torch.isfinite(answer.grad).all()
 
 
 def test_a_bone_of_no_length_is_left_out():
-    answer, wanted, _, frames, parents = rows()
-    wanted[0, :, 1] = wanted[0, :, 0]
+    answer, expected, _, frames, parents = rows()
+    expected[0, :, 1] = expected[0, :, 0]
     answer = answer.clone().requires_grad_()
-    loss = bones(answer, wanted, parents, frames)
+    loss = bones(answer, expected, parents, frames)
     loss.backward()
     assert torch.isfinite(answer.grad).all()
     without = parents.clone()
     without[0, 1] = -1
-    assert loss.item() == pytest.approx(bones(answer, wanted, without, frames).item(), rel=1e-12)
+    assert loss.item() == pytest.approx(bones(answer, expected, without, frames).item(), rel=1e-12)
 
 
 def test_the_weight_of_eq_2():
-    answer, wanted, joints, frames, parents = rows()
-    asked = {"places": wanted, "joints": joints, "parents": parents}
+    answer, expected, joints, frames, parents = rows()
+    asked = {"places": expected, "joints": joints, "parents": parents}
     assert set(losses(answer, asked, frames, 0.0)) == {"reconstruction"}
     assert losses(answer, asked, frames, 0.5)["bones"].item() == pytest.approx(
-        0.5 * bones(answer, wanted, parents, frames).item()
+        0.5 * bones(answer, expected, parents, frames).item()
     )

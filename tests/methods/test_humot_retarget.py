@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import humot_material
+import method_bodies
 import numpy as np
 import pan_material
 import pytest
@@ -24,7 +25,7 @@ def method():
 
 
 def dance(name, frames):
-    return pan_material.dances(name, (frames,))[0]
+    return method_bodies.dance(pan_material.BODIES[name], frames)
 
 
 def carried(method, source, target):
@@ -48,9 +49,9 @@ def test_windows_cover_a_clip_and_fade_into_each_other(method):
 def test_a_clip_shorter_than_a_window_waits_where_it_ends(method, frames):
     source = dance("one", frames)
     waiting = source.at(np.minimum(np.arange(WINDOW), frames - 1))
-    found, wanted = (carried(method, each, BODIES["legs"]).positions for each in (source, waiting))
-    assert len(found) == frames
-    np.testing.assert_allclose(found, wanted[:frames], atol=1e-5)
+    answer, expected = (carried(method, each, BODIES["legs"]).positions for each in (source, waiting))
+    assert len(answer) == frames
+    np.testing.assert_allclose(answer, expected[:frames], atol=1e-5)
 
 
 def test_an_answer_moves_with_its_source(method):
@@ -58,9 +59,9 @@ def test_an_answer_moves_with_its_source(method):
     source = dance("one", 40)
     step = np.array([3.0, 0.5, -2.0])
     there = source.character.motion(source.rotations, source.root + step, source.fps)
-    found, wanted = (carried(method, each, BODIES["tall"]).positions for each in (there, source))
+    answer, expected = (carried(method, each, BODIES["tall"]).positions for each in (there, source))
     ratio = BODIES["tall"].measures.leg_length / BODIES["one"].measures.leg_length
-    np.testing.assert_allclose(found, wanted + ratio * step, atol=1e-4)
+    np.testing.assert_allclose(answer, expected + ratio * step, atol=1e-4)
 
 
 def test_a_perfect_network_gives_the_source_back(method, monkeypatch):
@@ -71,8 +72,8 @@ def test_a_perfect_network_gives_the_source_back(method, monkeypatch):
     )
     for frames in (1, 12, 77):
         source = dance("one", frames)
-        found = carried(method, source, source.character)
-        np.testing.assert_allclose(found.positions, source.positions, atol=1e-5)
+        answer = carried(method, source, source.character)
+        np.testing.assert_allclose(answer.positions, source.positions, atol=1e-5)
 
 
 @pytest.mark.parametrize("rule", ["leg_length", "hip_height"])
@@ -88,15 +89,15 @@ def test_the_hips_path_is_scaled_by_the_legs(method, monkeypatch, rule):
     np.testing.assert_allclose(found[:, 0], ratio * source.positions[:, 0], atol=1e-5)
     seen = list(body(tall).joints)
     poses = (found[:, seen] - found[:, :1]) / body(tall).stature
-    wanted = (source.positions[:, seen] - source.positions[:, :1]) / body(source.character).stature
-    np.testing.assert_allclose(poses, wanted, atol=1e-5)
+    expected = (source.positions[:, seen] - source.positions[:, :1]) / body(source.character).stature
+    np.testing.assert_allclose(poses, expected, atol=1e-5)
 
 
 def test_a_skeleton_never_trained_on_is_taken():
     method = humot_material.trained(("one", "tall"))
     assert method.supports(BODIES["legs"], BODIES["one_one_armed"]) is None
-    found = carried(method, dance("legs", 20), BODIES["one_one_armed"])
-    assert found.positions.shape == (20, len(BODIES["one_one_armed"].skeleton), 3)
+    answer = carried(method, dance("legs", 20), BODIES["one_one_armed"])
+    assert answer.positions.shape == (20, len(BODIES["one_one_armed"].skeleton), 3)
 
 
 def test_thirty_frames_per_second_are_the_networks(method):
@@ -142,12 +143,12 @@ def test_a_part_is_centred_where_the_whole_body_is(method, monkeypatch, kept):
     assert method.supports(part, whole) is None
     carried(method, part.positions(np.repeat(places[None, sorted(joints)], 5, 0), 30.0), whole)
     mine = body(whole)
-    wanted = mine.template - mine.template[mine.major].mean(0)
-    wanted = wanted[[mine.joints.index(joint) for joint in sorted(joints)]] * USUAL / mine.stature
+    expected = mine.template - mine.template[mine.major].mean(0)
+    expected = expected[[mine.joints.index(joint) for joint in sorted(joints)]] * USUAL / mine.stature
     given = seen[0]["places"][0, 0].numpy()
-    np.testing.assert_allclose(given[:, 2], wanted[:, 2], atol=1e-5)
+    np.testing.assert_allclose(given[:, 2], expected[:, 2], atol=1e-5)
     if len(joints) > 1 and kept == "left_":  # which way less stands, nothing tells
-        np.testing.assert_allclose(given, wanted, atol=1e-5)
+        np.testing.assert_allclose(given, expected, atol=1e-5)
 
 
 @pytest.mark.parametrize("beyond", [0.2, 0.9, 3.0])
@@ -159,10 +160,12 @@ def test_what_size_a_body_has_is_nothing_that_the_networks_are_told(method, beyo
     resized = Skeleton(skeleton.names, skeleton.parents, skeleton.offsets * beyond)
     other = Character.of("resized", resized, roles=one.roles)
     moved = other.motion(source.rotations, source.root * beyond, source.fps)
-    wanted = carried(method, source, one).positions
+    expected = carried(method, source, one).positions
     for actor in (source, moved):
         for asked, factor in ((one, 1.0), (other, beyond)):
-            np.testing.assert_allclose(carried(method, actor, asked).positions / factor, wanted, atol=1e-4)
+            np.testing.assert_allclose(
+                carried(method, actor, asked).positions / factor, expected, atol=1e-4
+            )
 
 
 def test_bodies_go_through_as_they_are_where_that_is_asked_for():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import humot_material
 import numpy as np
 import pytest
+import training_material
 
 from retarget_bench.errors import BenchError
 from retarget_bench.methods.humot import HuMoT
@@ -15,6 +16,7 @@ from retarget_bench.training.data import ClipArrays
 
 WINDOW, HOP = humot_material.WINDOW, 6
 NAMES, LENGTHS = ("one", "legs"), (132, 9)
+CAST = {name: humot_material.BODIES[name] for name in NAMES}
 PLAIN = {"subsampling": False, **humot_material.PLAIN}
 
 
@@ -25,11 +27,11 @@ def clip(frames, name="walk", character="one"):
 def drawn(split, rows=400):
     """By character, the starts of all windows drawn from its long clip, and how often the short one was."""
     module = humot_material.training_module(NAMES, LENGTHS, split=split, **PLAIN)
-    clips = humot_material.training_data(HuMoT(), NAMES, LENGTHS).clips
+    clips = training_material.training_data(HuMoT(), CAST, LENGTHS).clips
     found = module.draw(np.random.default_rng(0), rows)
     starts, short = {name: [] for name in NAMES}, 0
     for places, joints, mask in zip(
-        found["given"]["places"], found["given"]["joints"], found["frames"], strict=True
+        found["source"]["places"], found["source"]["joints"], found["frames"], strict=True
     ):
         if not mask.all():
             short += 1
@@ -54,7 +56,7 @@ def test_windows_kept_aside_are_never_drawn_and_all_others_are():
     starts, short = drawn("chunk")
     assert short > 0  # the one window of the clip that is shorter than it
     for name in NAMES:
-        whole = humot_material.training_data(HuMoT(), [name], LENGTHS).clips[name][0]
+        whole = training_material.training_data(HuMoT(), CAST, LENGTHS).clips[name][0]
         every = whole.starts(WINDOW, HOP)
         aside = held_out(whole, every)
         assert (len(every), len(aside)) == (21, 2)
@@ -69,7 +71,7 @@ def test_all_windows_are_drawn_unless_told_and_as_ever():
     assert all(set(mine) == set(range(0, 121, HOP)) for mine in starts.values())
     one, other = (humot_material.training_module(**asked) for asked in ({}, {"split": "clip"}))
     for seed in range(3):
-        batches = [humot_material.batch(each, seed=seed)["given"]["places"] for each in (one, other)]
+        batches = [training_material.batch(each, seed=seed)["source"]["places"] for each in (one, other)]
         assert batches[0].equal(batches[1])
 
 

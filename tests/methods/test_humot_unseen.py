@@ -65,22 +65,22 @@ def test_a_body_that_turns_by_202_degrees_turns_its_head_its_eyes_and_its_cape()
     found = mine.positions(mine.see(motion), 30.0)
     np.testing.assert_allclose(found.positions, motion.positions, atol=EXACT)
     fitted = fit(found).motion
-    wanted = about("Y", np.linspace(0.0, 202.0, 60))
+    expected = about("Y", np.linspace(0.0, 202.0, 60))
     for name in ("Hips", "Spine2", "Head", "LeftHand", "Cape"):
         turned = fitted.global_rotations[:, fitted.skeleton.index(name)]
-        assert np.degrees(rotation.angle(turned, wanted)).max() < 0.5
+        assert np.degrees(rotation.angle(turned, expected)).max() < 0.5
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.3])
 def test_heads_and_hands_are_turned_as_the_source_s(scale):
     """Positions of necks and wrists do not show it. The source has neither eyes nor fingers."""
     plain, target = dance(method_bodies.body()), dressed(scale)
-    wanted = transfer.carry(plain, target, "hip_height")
+    expected = transfer.carry(plain, target, "hip_height")
     mine = body(target)
-    found = mine.positions(mine.see(wanted), 30.0, plain)
-    np.testing.assert_allclose(found.positions, wanted.positions, atol=EXACT)
-    silent = mine.positions(mine.see(wanted), 30.0, plain.character.positions(plain.positions, 30.0))
-    assert np.abs(silent.positions - wanted.positions).max() > 0.02
+    found = mine.positions(mine.see(expected), 30.0, plain)
+    np.testing.assert_allclose(found.positions, expected.positions, atol=EXACT)
+    silent = mine.positions(mine.see(expected), 30.0, plain.character.positions(plain.positions, 30.0))
+    assert np.abs(silent.positions - expected.positions).max() > 0.02
 
 
 def test_a_perfect_network_gives_back_what_it_does_not_see(monkeypatch):
@@ -89,8 +89,8 @@ def test_a_perfect_network_gives_back_what_it_does_not_see(monkeypatch):
         lambda self, given, asked, frames: given["places"],
     )
     source = moving(dressed())
-    found = humot_material.trained().retarget(source, source.character, context=Context(seed=0))
-    np.testing.assert_allclose(found.positions, source.positions, atol=EXACT)
+    answer = humot_material.trained().retarget(source, source.character, context=Context(seed=0))
+    np.testing.assert_allclose(answer.positions, source.positions, atol=EXACT)
 
 
 @pytest.mark.parametrize(

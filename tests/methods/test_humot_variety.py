@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import humot_material
+import method_bodies
 import numpy as np
 import pan_material
 import pytest
+import training_material
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -34,7 +36,7 @@ SEEDS = st.integers(0, 2**31)
 
 
 def dance(name, frames=6):
-    return pan_material.dances(name, (frames,))[0]
+    return method_bodies.dance(pan_material.BODIES[name], frames)
 
 
 def bones(places, mine):
@@ -81,9 +83,9 @@ def test_reshaped_motion_is_what_the_same_rotations_do_on_other_bones(seed):
     mine = body(motion.character)
     factors = proportions(np.random.default_rng(seed), mine)
     other = resized(motion.character, factors)
-    wanted = other.motion(motion.rotations, motion.root, motion.fps)
+    expected = other.motion(motion.rotations, motion.root, motion.fps)
     found = reproportion(mine.see(motion), factors, mine)
-    wanted_places = body(other).see(wanted)
+    wanted_places = body(other).see(expected)
     apart = wanted_places - wanted_places[:, :1]
     np.testing.assert_allclose(found - found[:, :1], apart, atol=1e-9)
     np.testing.assert_allclose(found[:, 0], mine.see(motion)[:, 0])
@@ -101,9 +103,9 @@ def test_slanted_motion_is_what_the_same_rotations_do_on_slanted_bones(seed, nam
     mine = body(motion.character)
     added = slants(np.random.default_rng(seed), mine)
     other = leaning(motion.character, added)
-    wanted = body(other).see(other.motion(motion.rotations, motion.root, motion.fps))
+    expected = body(other).see(other.motion(motion.rotations, motion.root, motion.fps))
     found = slanted(mine.see(motion), mine.turns(motion), added, mine)
-    np.testing.assert_allclose(found - found[:, :1], wanted - wanted[:, :1], atol=1e-9)
+    np.testing.assert_allclose(found - found[:, :1], expected - expected[:, :1], atol=1e-9)
     np.testing.assert_array_equal(found[:, 0], mine.see(motion)[:, 0])
     template = mine.template + build(mine).chains @ added
     np.testing.assert_allclose(template, body(other).template, atol=1e-9)
@@ -243,14 +245,14 @@ def test_limbs_are_arms_and_legs():
 @pytest.fixture(scope="module")
 def drawn():
     options = humot_material.PLAIN | {"sized": True, "varied": True, "slanted": False}
-    return humot_material.batch(
+    return training_material.batch(
         humot_material.training_module(subsampling=False, lengths=(WINDOW,), **options), 60
     )
 
 
 def test_what_is_given_and_asked_for_differ_in_proportions_and_not_in_what_is_done(drawn):
     given, asked = (
-        {key: each.double().numpy() for key, each in drawn[side].items()} for side in ("given", "asked")
+        {key: each.double().numpy() for key, each in drawn[side].items()} for side in ("source", "target")
     )
     differ = 0
     for row in range(60):
@@ -269,11 +271,11 @@ def test_what_is_given_and_asked_for_differ_in_proportions_and_not_in_what_is_do
 
 def test_slanted_bodies_do_the_same_on_bones_of_the_same_lengths():
     options = humot_material.PLAIN | {"slanted": True}
-    batch = humot_material.batch(
+    batch = training_material.batch(
         humot_material.training_module(subsampling=False, lengths=(WINDOW,), **options), 60
     )
     given, asked = (
-        {key: each.double().numpy() for key, each in batch[side].items()} for side in ("given", "asked")
+        {key: each.double().numpy() for key, each in batch[side].items()} for side in ("source", "target")
     )
     differ = 0
     for row in range(60):
@@ -290,7 +292,7 @@ def test_slanted_bodies_do_the_same_on_bones_of_the_same_lengths():
 
 
 def test_every_body_has_the_usual_size(drawn):
-    for side in ("given", "asked"):
+    for side in ("source", "target"):
         for row in range(60):
             count = int(drawn[side]["joints"][row].sum())
             mine = next(body(BODIES[name]) for name in THREE if len(body(BODIES[name]).joints) == count)
@@ -310,7 +312,9 @@ def test_the_weights_for_rigs_know_slanted_bodies_better():
         other = leaning(motion.character, slants(np.random.default_rng(seed), body(motion.character)))
         source = other.motion(motion.rotations, motion.root, motion.fps)
         for name, errors in off.items():
-            found = registry.create("methods", name).retarget(source, other, context=Context())
-            errors.append(np.linalg.norm(found.positions - source.positions, axis=-1).mean() / other.height)
+            answer = registry.create("methods", name).retarget(source, other, context=Context())
+            errors.append(
+                np.linalg.norm(answer.positions - source.positions, axis=-1).mean() / other.height
+            )
     puppets, rigs = map(np.mean, off.values())
     assert rigs < 0.9 * puppets

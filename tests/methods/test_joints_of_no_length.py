@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import smrm_material
 import torch
+import training_material
 from method_bodies import SHORT, body, dance, without
 
 from retarget_bench.api import Context
@@ -98,7 +99,7 @@ def test_both_train_on_bodies_that_lack_joints(name):
     )
     given: dict[str, Any] = {}
     for phase in module.phases:
-        terms = module.losses(phase.name, nkn_toys.batch(module), given)
+        terms = module.losses(phase.name, training_material.batch(module), given)
         assert all(bool(torch.isfinite(term)) for term in terms.values())
 
 
@@ -108,8 +109,8 @@ def test_smrm_places_what_it_answers_where_the_body_has_it():
     lacks = torch.from_numpy(shape.aligned.lacks[None])
     body_of = [torch.from_numpy(each[None]) for each in (shape.offsets, shape.resting)]
     codes = torch.randn(1, 5, 16, generator=torch.Generator().manual_seed(0))
-    found, _ = module.generator.decode(codes, *body_of, lacks=lacks)
-    rotations = found.rotations.detach().double().numpy()
+    poses, _ = module.generator.decode(codes, *body_of, lacks=lacks)
+    rotations = poses.rotations.detach().double().numpy()
     places = shape.aligned.motion(rotations[0], np.zeros((5, 3)), 30.0).positions
     places = (places - places[:, [shape.aligned.joints[0]]])[:, list(shape.aligned.joints)]
-    np.testing.assert_allclose(found.positions[0].detach() * shape.unit, places, atol=1e-5)
+    np.testing.assert_allclose(poses.positions[0].detach() * shape.unit, places, atol=1e-5)

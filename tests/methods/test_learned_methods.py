@@ -13,14 +13,15 @@ import torch
 from learned_methods import LEARNED, Learned
 from method_bodies import dance
 from torch.utils._pytree import tree_leaves
+from training_material import batch, training_data
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.plugins import registry
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.data import ClipArrays, TrainingData
-from retarget_bench.training.phases import NORM, OptimiserPhase, optimiser_phases, to_device
+from retarget_bench.training.layers.adversarial import NknUpdateRule
+from retarget_bench.training.phases import NORM, OptimiserPhase, optimiser_phases
 
 CPU = torch.device("cpu")
 POSITIONS = ("nkn", "nkn_cross", "pmnet", "pmnet_cross", "smrm", "humot")
@@ -62,8 +63,8 @@ ODD = [
     ("pan", {"kinematic": float("inf")}, "finite"),
     ("pan", {"facing": float("nan")}, "finite"),
     ("pan", {"target_stats": "own"}, "needs statistics=character"),
-    ("pan", {"velocity": 1.0, "root": "position"}, "root=position does not say it"),
-    ("pan", {"parts": "three", "root": "position"}, "root=position does not say it"),
+    ("pan", {"velocity": 1.0, "root": "position"}, "root=position lacks that"),
+    ("pan", {"parts": "three", "root": "position"}, "root=position lacks that"),
     ("nkn", {"hidden": 0}, "hidden is at least 1, same between 0 and 1"),
     ("nkn", {"same": 1.5}, "hidden is at least 1, same between 0 and 1"),
     ("nkn", {"facing": -1.0}, "hidden is at least 1, same between 0 and 1"),
@@ -95,10 +96,6 @@ ODD = [
 """Parameters that cannot be, and words of the sentence that says so."""
 
 
-def drawn(module: Any, seed: int = 0, rows: int = 6) -> Any:
-    return to_device(module.draw(np.random.default_rng(seed), rows), CPU)
-
-
 def phases_of(module: Any) -> list[OptimiserPhase]:
     return optimiser_phases(module, TrainingConfig(steps=1, batch=6, window=16, rate=1e-3), CPU)
 
@@ -106,9 +103,9 @@ def phases_of(module: Any) -> list[OptimiserPhase]:
 def step(module: Any, phases: list[OptimiserPhase], seed: int) -> None:
     """A step as the training loop does it: its batch and its dropout are those of the seed."""
     torch.manual_seed(seed)
-    batch, memory = drawn(module, seed), {}
+    rows, memory = batch(module, seed=seed), {}
     for phase in phases:
-        phase(batch, memory, 1e-3)
+        phase(rows, memory, 1e-3)
 
 
 def equal(one: Any, other: Any) -> bool:
@@ -130,7 +127,7 @@ def places(answered: Any) -> np.ndarray:
 @of_plain
 def test_a_batch_depends_on_its_numbers_alone(learned: Learned) -> None:
     module = learned.module()
-    one, same, other = (drawn(module, seed) for seed in (3, 3, 4))
+    one, same, other = (batch(module, seed=seed) for seed in (3, 3, 4))
     assert equal(one, same)
     assert not equal(one, other)
 
@@ -139,10 +136,10 @@ def test_a_batch_depends_on_its_numbers_alone(learned: Learned) -> None:
 def test_gradients_reach_every_parameter(learned: Learned) -> None:
     module, reached = learned.moved(), dict[str, bool]()
     for seed in range(learned.seeds):
-        batch, memory = drawn(module, seed), dict[str, Any]()
+        rows, memory = batch(module, seed=seed), dict[str, Any]()
         for phase in module.phases:
             module.modules.zero_grad(set_to_none=True)
-            torch.stack(list(module.losses(phase.name, batch, memory).values())).sum().backward()
+            torch.stack(list(module.losses(phase.name, rows, memory).values())).sum().backward()
             for part in phase.modules:
                 for name, each in module.modules[part].named_parameters():
                     moved = each.grad is not None and bool(each.grad.abs().max() > 0)
@@ -182,13 +179,26 @@ def test_interrupted_training_goes_on_as_if_it_had_not_been(learned: Learned) ->
     assert equal(module.export(), again.export())
 
 
+@pytest.mark.parametrize("name", ["nkn", "nkn_cross", "pmnet", "pmnet_cross", "smrm", "r2et"])
+def test_a_discriminator_rests_while_nothing_fools_it(name: str) -> None:
+    """By NKN's running score."""
+    module = LEARNED[name].module()
+    (rule,) = (each for each in module.modules.modules() if isinstance(each, NknUpdateRule))
+    rows, memory = batch(module), dict[str, Any]()
+    for score, learns in ((0.5, True), (0.2, False)):
+        rule.running.fill_(score)
+        generator, discriminator = module.phases
+        module.losses(generator.name, rows, memory)
+        assert bool(module.losses(discriminator.name, rows, memory)) == learns
+
+
 @of_plain
 def test_training_lowers_the_loss(learned: Learned) -> None:
     module = learned.module()
-    (phase, *_), batch, losses = phases_of(module), drawn(module), []
+    (phase, *_), rows, losses = phases_of(module), batch(module), []
     for number in range(15):
         torch.manual_seed(number)
-        terms = phase(batch, {}, learned.rate)
+        terms = phase(rows, {}, learned.rate)
         losses.append(sum(float(each) for name, each in terms.items() if not name.endswith(NORM)))
     assert np.mean(losses[-3:]) < 0.95 * losses[0]
 
@@ -197,8 +207,7 @@ def test_training_lowers_the_loss(learned: Learned) -> None:
 def test_one_character_is_not_enough(name: str) -> None:
     learned, method = LEARNED[name], registry.load("methods", name)()
     body = learned.names[0][0]
-    arrays = {key: np.float32(each) for key, each in method.prepare(dance(learned.body(body), 70)).items()}
-    alone = TrainingData({body: learned.body(body)}, {body: [ClipArrays(body, "dance", arrays)]})
+    alone = training_data(method, {body: learned.body(body)}, (70,))
     with pytest.raises(NotSupported, match=r"two characters|by two bodies"):
         method.training_module(alone, TrainingConfig(steps=1, batch=4, window=32, rate=1e-3))
 
@@ -290,8 +299,8 @@ def test_a_batch_in_any_order_and_on_any_threads_gives_what_its_rows_give_alone(
         torch.set_num_threads(2)
         for order in (list(range(len(cases))), list(range(len(cases)))[::-1]):
             sources, targets = zip(*(cases[number] for number in order), strict=True)
-            found = method.retarget_batch(sources, targets, contexts=[Context(seed=3)] * len(cases))
-            for number, each in zip(order, found, strict=True):
+            answers = method.retarget_batch(sources, targets, contexts=[Context(seed=3)] * len(cases))
+            for number, each in zip(order, answers, strict=True):
                 one = alone[number]
                 assert (each.frames, each.fps, each.character) == (one.frames, one.fps, cases[number][1])
                 assert np.abs(places(each) - places(one)).max() < 1e-5 * one.character.height

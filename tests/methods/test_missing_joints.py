@@ -78,11 +78,13 @@ def test_an_answer_moves_and_turns_with_its_source(make):
 def test_it_beats_the_mean_pose(make):
     source, training = swing(ANN, 0), cast()
     found = answer(make(), part(source, GIVEN), ANN, training)
-    known = completion.known(poses(training, ANN, 4000), GIVEN)
-    _, origin, turn = completion.look(source.positions[:, GIVEN], known.typical)
-    mean = facing.placed(np.broadcast_to(known.wanted.mean(axis=0), (40, *known.wanted.shape[1:])), turn)
-    off = np.linalg.norm(mean + origin - source.positions[:, known.missing], axis=-1).mean()
-    ours = np.linalg.norm(found - source.positions, axis=-1)[:, known.missing].mean()
+    examples = completion.examples(poses(training, ANN, 4000), GIVEN)
+    _, origin, turn = completion.aligned(source.positions[:, GIVEN], examples.typical)
+    mean = facing.placed(
+        np.broadcast_to(examples.outputs.mean(axis=0), (40, *examples.outputs.shape[1:])), turn
+    )
+    off = np.linalg.norm(mean + origin - source.positions[:, examples.missing], axis=-1).mean()
+    ours = np.linalg.norm(found - source.positions, axis=-1)[:, examples.missing].mean()
     assert ours < 0.7 * off
 
 
@@ -94,8 +96,8 @@ def test_regression_is_exact_on_linear_data_and_agrees_with_least_squares():
     fresh = rng.normal(size=(9, 4, 3))
 
     def fitted(wanted):
-        known = completion.Known(np.arange(4, 6), seen.mean(axis=0), seen, wanted)
-        return regression(known, 1e-12)(fresh)
+        examples = completion.Examples(np.arange(4, 6), seen.mean(axis=0), seen, wanted)
+        return regression(examples, 1e-12)(fresh)
 
     expected = (fresh.reshape(9, 12) @ mixing + shift).reshape(9, 2, 3)
     assert np.allclose(fitted(linear), expected, atol=1e-8)
@@ -108,9 +110,9 @@ def test_regression_is_exact_on_linear_data_and_agrees_with_least_squares():
 
 def test_a_large_penalty_gives_the_mean_pose():
     rng = np.random.default_rng(6)
-    seen, wanted = rng.normal(size=(50, 3, 3)), rng.normal(size=(50, 2, 3))
-    known = completion.Known(np.arange(3, 5), seen.mean(axis=0), seen, wanted)
-    assert np.allclose(regression(known, 1e6)(seen), wanted.mean(axis=0), atol=1e-4)
+    seen, expected = rng.normal(size=(50, 3, 3)), rng.normal(size=(50, 2, 3))
+    known = completion.Examples(np.arange(3, 5), seen.mean(axis=0), seen, expected)
+    assert np.allclose(regression(known, 1e6)(seen), expected.mean(axis=0), atol=1e-4)
 
 
 def test_one_neighbour_finds_a_pose_that_was_trained_on():

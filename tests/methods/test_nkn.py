@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import torch
 from method_bodies import apart, body, carried, dance, without
-from nkn_toys import CAST, batch, structured, training_module
+from nkn_toys import CAST, structured, training_module
+from training_material import batch
 
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.nkn import plugin
-from retarget_bench.methods.nkn.network.bodies import Bodies
 from retarget_bench.training.layers.kinematic.features import answer
 from retarget_bench.training.layers.kinematic.retargeter import Cases
 
@@ -55,64 +55,6 @@ def test_only_rows_of_the_same_body_are_compared_with_their_source():
     assert whole.losses("discriminator", batch(whole), given) == {}
 
 
-def test_losses_are_sums_over_numbers_and_means_over_real_frames():
-    made = training_module(plugin(same=1.0, losses="autoencoder", **SMALL), window=30)
-    (group,) = (now := batch(made))["groups"]
-    assert len(set(group["lengths"].tolist())) > 1
-    generator = made.modules["generator"]["body22"].eval()
-    poses = generator.scale.poses(group["poses"].transpose(0, 1))
-    bodies = method_bodies_of(made, group)
-    answers = generator.decoder(generator.encoder(poses)[1], bodies)[0]
-    total = 0.0
-    for row, length in enumerate(group["lengths"].tolist()):
-        total += (answers - poses)[:length, row, :66].square().sum().item()
-    terms = made.losses("generator", now, {})
-    assert terms["same_places"].item() == pytest.approx(total / int(group["lengths"].sum()), rel=1e-5)
-
-
-def method_bodies_of(made, group):
-    scale = made.modules["generator"]["body22"].scale
-    return Bodies(made._tree("body22", group["bones"]), group["target_bones"], scale)
-
-
-def test_the_running_score_decides_whether_the_discriminator_learns():
-    made, given = training_module(plugin(**SMALL)), {}
-    now = batch(made)
-    made.losses("generator", now, given)
-    (fake,) = given["fakes"]
-    scores = made.modules["scores"]
-    assert set(made.losses("discriminator", now, given)) == {"cross_entropy"}
-    expected = 0.99 * 0.5 + 0.01 * float(fake.logits.detach().sigmoid().mean())
-    assert float(scores.running[0]) == pytest.approx(expected)
-    scores.running.fill_(0.29)
-    fake.logits = torch.full_like(fake.logits, -100.0)
-    assert made.losses("discriminator", now, given) == {}
-    assert float(scores.running[0]) == pytest.approx(0.99 * 0.29)
-
-
-def test_padding_and_the_order_of_rows_change_nothing():
-    """A row alone, cut to its length, against the same row among longer ones, with rubbish behind it."""
-    made = training_module(plugin(losses="cycle", **SMALL), window=30)
-    made.modules.eval()
-    (group,) = (now := batch(made))["groups"]
-    whole = {name: each.item() for name, each in made.losses("generator", now, {}).items()}
-    frames, summed = int(group["lengths"].sum()), dict.fromkeys(whole, 0.0)
-    for row, length in enumerate(group["lengths"].tolist()):
-        alone = {name: each[row : row + 1] for name, each in group.items() if name != "structures"}
-        alone |= {"structures": group["structures"], "poses": alone["poses"][:, :length]}
-        alone["other"] = torch.nonzero(~alone["same"])[:, 0]
-        for name, each in made.losses("generator", {"groups": [alone]}, {}).items():
-            summed[name] += each.item() * length / frames
-    assert summed == pytest.approx(whole, rel=1e-4)
-    order = torch.tensor([2, 0, 3, 1])
-    mixed = {name: each[order] for name, each in group.items() if name not in ("structures", "other")}
-    mixed |= {"structures": group["structures"], "other": torch.nonzero(~mixed["same"])[:, 0]}
-    behind = torch.arange(30) >= mixed["lengths"][:, None]
-    mixed["poses"] = torch.where(behind[..., None], torch.tensor(1e3), mixed["poses"])
-    again = {name: each.item() for name, each in made.losses("generator", {"groups": [mixed]}, {}).items()}
-    assert again == pytest.approx(whole, rel=1e-4)
-
-
 def test_presets_are_the_papers_and_smaller_ones():
     paper = plugin.presets["paper"]
     assert (paper.steps, paper.batch, paper.window, paper.rate) == (50_000, 16, 60, 1e-4)
@@ -124,7 +66,7 @@ def test_presets_are_the_papers_and_smaller_ones():
 def test_chunks_of_any_length_are_the_whole(method, path):
     source, target = dance(CAST["one"], 60), CAST["long"]
     method = plugin(**SMALL, path=path).using(method.tensors)
-    sight, whole = method.see(source), carried(method, source, target)
+    sight, complete = method.see(source), carried(method, source, target)
     lead = sight.hips * target.measures.hip_height / source.character.measures.hip_height
     for sizes in ([1] * 60, [7, 1, 52], [59, 1]):
         stream = method.stream(Cases([source.character], [target]))
@@ -135,7 +77,7 @@ def test_chunks_of_any_length_are_the_whole(method, path):
             at += size
         turns, turn, hips = (np.concatenate(each)[:, 0] for each in zip(*parts, strict=True))
         again = answer(method.body(target), turns, turn, hips, 60, 30.0)
-        assert apart(again, whole) < 1e-6
+        assert apart(again, complete) < 1e-6
 
 
 def test_a_stream_keeps_no_more_of_a_long_clip_than_of_a_frame(method):
@@ -171,9 +113,9 @@ def test_clean_up_takes_signs_from_the_source(method):
     clean = carried(cleaned.using(method.tensors), source, CAST["long"])
     sight = method.see(source)
     rises = np.diff(clean.root[:, 1])
-    wanted = sight.poses[1:, 67]
-    assert (np.sign(rises[np.abs(rises) > 1e-9]) == np.sign(wanted[np.abs(rises) > 1e-9])).all()
-    assert not rises[np.abs(wanted) <= 0.01].any()
+    expected = sight.poses[1:, 67]
+    assert (np.sign(rises[np.abs(rises) > 1e-9]) == np.sign(expected[np.abs(rises) > 1e-9])).all()
+    assert not rises[np.abs(expected) <= 0.01].any()
 
 
 # -------------------------------------------------------------------------------------------- refusals

@@ -153,19 +153,19 @@ def test_the_movements_of_the_source_give_its_path(kind):
     turn, hips = source_path(400)
     steps = facing.seen(np.diff(hips, axis=0, prepend=hips[:1]), turn)
     turns = np.angle(turn * np.concatenate([turn[:1], turn[:-1]]).conj())
-    found = Path(np.ones(2), kind).follow(np.concatenate([steps, turns[..., None]], -1), turn, hips)
-    np.testing.assert_allclose(found[0], turn, atol=1e-9)
-    np.testing.assert_allclose(found[1], hips, atol=1e-9)
+    path = Path(np.ones(2), kind).follow(np.concatenate([steps, turns[..., None]], -1), turn, hips)
+    np.testing.assert_allclose(path[0], turn, atol=1e-9)
+    np.testing.assert_allclose(path[1], hips, atol=1e-9)
 
 
 def test_the_published_path_is_the_plain_sum_of_movements():
     moves, (turn, hips) = np.random.default_rng(3).normal(size=(50, 2, 4)), source_path(50)
-    found = Path(np.array([0.01, 0.02])).follow(moves, turn, hips)
+    path = Path(np.array([0.01, 0.02])).follow(moves, turn, hips)
     moves[0] = 0.0
     faced = turn[0] * np.exp(1j * np.cumsum(moves[..., 3], axis=0))
     steps = facing.placed(moves[..., :3] * np.array([[0.01], [0.02]]), faced)
-    np.testing.assert_array_equal(found[0], faced)
-    np.testing.assert_array_equal(found[1], hips[0] + np.cumsum(steps, axis=0))
+    np.testing.assert_array_equal(path[0], faced)
+    np.testing.assert_array_equal(path[1], hips[0] + np.cumsum(steps, axis=0))
 
 
 def test_a_constant_error_of_movements_adds_up_to_that_of_the_memory():

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import torch
 from method_bodies import apart, dance
-from nkn_toys import CAST, batch, training_module
+from nkn_toys import CAST, training_module
 from scipy.spatial.transform import Rotation
+from training_material import batch
 
 from retarget_bench.api import Context
 from retarget_bench.methods.nkn import plugin
@@ -39,7 +40,7 @@ def moving(variant: str, **parameters):
     now = next(
         now
         for step in range(50)
-        if 0 < int((now := batch(made, rows=6, step=step))["groups"][0]["same"].sum()) < 6
+        if 0 < int((now := batch(made, rows=6, seed=step))["groups"][0]["same"].sum()) < 6
     )
     return made, now
 
@@ -111,7 +112,7 @@ def test_the_scale_knows_one_rest_pose_of_every_clip_at_the_height_of_its_hips()
 def test_any_body_may_be_drawn_and_a_fifth_of_the_rows_is_marked():
     made, own, marked, rows = training_module(plugin(**SMALL)), 0, 0, 0
     for step in range(100):
-        (group,) = batch(made, rows=8, step=step)["groups"]
+        (group,) = batch(made, rows=8, seed=step)["groups"]
         itself = (group["bones"] == group["target_bones"]).all(-1).all(-1)
         assert itself[group["same"]].all()
         assert group["other"].tolist() == torch.nonzero(~group["same"])[:, 0].tolist()
@@ -129,7 +130,7 @@ def test_clips_beside_targets_are_of_bodies_that_the_discriminator_is_told():
     bones = {name: plugin(**SMALL).bones(body) for name, body in CAST.items()}
     strangers = 0
     for step in range(30):
-        (group,) = batch(made, rows=8, step=step)["groups"]
+        (group,) = batch(made, rows=8, seed=step)["groups"]
         for row in range(8):
             (whose,) = (n for n in CAST if np.array_equal(bones[n], group["real_bones"][row].numpy()))
             heights = [clip.arrays["poses"][0, 1] for clip in made._material.clips[whose]]
@@ -236,7 +237,7 @@ def test_the_discriminators_loss_is_that_of_real_clips_plus_that_of_all_answers(
     made, now = moving("released")
     (group,), given = now["groups"], {}
     made.losses("generator", now, given)
-    found = made.losses("discriminator", now, given)["cross_entropy"].item()
+    loss = made.losses("discriminator", now, given)["cross_entropy"].item()
     seen = Seen(made, group)
     fake = discriminated(made, group, seen, "released")
     plain = group["real"]["poses"].double().numpy()
@@ -249,7 +250,7 @@ def test_the_discriminators_loss_is_that_of_real_clips_plus_that_of_all_answers(
             group["real"]["lengths"] - 1,
         )
     expected = np.log1p(np.exp(-real.double().numpy())).mean() + np.log1p(np.exp(fake)).mean()
-    assert found == pytest.approx(expected, rel=1e-4)
+    assert loss == pytest.approx(expected, rel=1e-4)
 
 
 def test_answers_are_forward_kinematics_on_the_targets_bones_at_its_height():

@@ -149,12 +149,12 @@ def test_losses_are_those_of_the_cpu(module: Any) -> None:
     here = drawn(module, torch.device("cpu"))
     module.modules.eval()
     with torch.no_grad():
-        wanted = module.losses(module.phases[0].name, here, {})
+        expected = module.losses(module.phases[0].name, here, {})
         cuda = torch.device("cuda")
         module.modules.to(cuda)
-        found = module.losses(module.phases[0].name, to_device(here, cuda), {})
-    for name, term in wanted.items():
-        torch.testing.assert_close(found[name].cpu(), term, rtol=1e-3, atol=1e-5)
+        losses = module.losses(module.phases[0].name, to_device(here, cuda), {})
+    for name, term in expected.items():
+        torch.testing.assert_close(losses[name].cpu(), term, rtol=1e-3, atol=1e-5)
 
 
 @CUDA

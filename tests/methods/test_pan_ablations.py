@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pan_material
 import pytest
+import training_material
 
 from retarget_bench.methods.pan import Pan
 from retarget_bench.plugins.spec import Spec
@@ -15,8 +16,8 @@ ABLATION = ablations.find(Spec.parse("pan"), "table5")
 def test_the_printed_numbers():
     table = ablations.published(ABLATION)
     printed = [tuple(number.text for number in numbers.values()) for numbers in table.rows.values()]
-    wanted = [("0.50", "1.62"), ("0.58", "2.29"), ("1.19", "2.28"), ("1.11", "48.08"), ("1.16", "3.23")]
-    assert printed == wanted
+    expected = [("0.50", "1.62"), ("0.58", "2.29"), ("1.19", "2.28"), ("1.11", "48.08"), ("1.16", "3.23")]
+    assert printed == expected
     assert [column.cases for column in table.columns] == ["intra", "cross"]
     assert {column.value_id for column in table.columns} == {"san_code"}
 
@@ -25,15 +26,15 @@ def test_the_printed_numbers():
 @pytest.mark.parametrize("row", ABLATION.rows)
 def test_rows_train(row, variant):
     module = pan_material.training_module(small=True, variant=variant, **ABLATION.rows[row])
-    batch, memory = pan_material.batch(module), {}
-    found = {phase.name: module.losses(phase.name, batch, memory) for phase in module.phases}
-    assert all(term.isfinite() for terms in found.values() for term in terms.values())
+    batch, memory = training_material.batch(module), {}
+    losses = {phase.name: module.losses(phase.name, batch, memory) for phase in module.phases}
+    assert all(term.isfinite() for terms in losses.values() for term in terms.values())
     left_out = {
         "w.o. L_kine": {"places", "again_places", "root"},
         "w.o. L_adv": {"adversarial"},
     }.get(row, set())
-    assert not left_out & set(found["generator"])
-    assert ("discriminator" in found) == (row != "w.o. L_adv")
+    assert not left_out & set(losses["generator"])
+    assert ("discriminator" in losses) == (row != "w.o. L_adv")
 
 
 def test_rows_differ_in_what_they_say():

@@ -7,6 +7,7 @@ import numpy as np
 import pan_material
 import pytest
 import torch
+from method_bodies import dance
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation import attention as asking
@@ -46,16 +47,16 @@ def fresh(names=pan_material.TWO, **parameters) -> Pan:
 @pytest.mark.parametrize("variant", ["own", "released", "paper"])
 def test_a_part_heeds_joints_of_its_own_and_weights_add_up_to_less_than_one(variant):
     method = pan_material.trained(variant=variant)
-    (motion,) = pan_material.dances("one", (20,))
-    found = asked(method, motion)
-    assert found.parts == ("left_leg", "right_leg", "spine", "head", "left_arm", "right_arm")
-    assert found.weights.shape == (20, 6, len(found.joints))
-    assert sorted(found.joints) == list(range(len(motion.skeleton)))
-    total = found.weights.sum(-1)
+    motion = dance(pan_material.BODIES["one"], 20)
+    weights = asked(method, motion)
+    assert weights.parts == ("left_leg", "right_leg", "spine", "head", "left_arm", "right_arm")
+    assert weights.weights.shape == (20, 6, len(weights.joints))
+    assert sorted(weights.joints) == list(range(len(motion.skeleton)))
+    total = weights.weights.sum(-1)
     assert ((total > 0.3) & (total < 1.0)).all()
-    assert (found.weights[:, found.sees] > 0.0).all()
-    names = np.array(motion.skeleton.names)[found.joints]
-    of = {part: set(names[sees]) for part, sees in zip(found.parts, found.sees, strict=True)}
+    assert (weights.weights[:, weights.sees] > 0.0).all()
+    names = np.array(motion.skeleton.names)[weights.joints]
+    of = {part: set(names[sees]) for part, sees in zip(weights.parts, weights.sees, strict=True)}
     assert of["left_leg"] == {"Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase"}
     assert of["head"] == {"Hips", "Spine2", "Neck", "Head"}
     assert of["right_arm"] == {
@@ -63,7 +64,7 @@ def test_a_part_heeds_joints_of_its_own_and_weights_add_up_to_less_than_one(vari
         "Spine2",
         *(f"Right{p}" for p in ("Shoulder", "Arm", "ForeArm", "Hand")),
     }
-    assert asked(method, motion).weights.tobytes() == found.weights.tobytes()
+    assert asked(method, motion).weights.tobytes() == weights.weights.tobytes()
 
 
 def test_a_joint_has_the_weight_of_the_slot_that_leads_to_it_and_the_hips_that_of_the_root():
@@ -71,46 +72,48 @@ def test_a_joint_has_the_weight_of_the_slot_that_leads_to_it_and_the_hips_that_o
     method = fresh()
     marked(method, "plain")
     body = BODIES["one"]
-    found = asked(method, method_bodies.dance(body, 3))
+    weights = asked(method, method_bodies.dance(body, 3))
     edges = len(body.skeleton) - 1
-    for joint, weight in zip(found.joints, found.largest[0], strict=True):
-        wanted = edges if body.roles[joint] == "hips" else joint - 1
-        assert weight == pytest.approx(wanted / 1000.0), body.skeleton.names[joint]
+    for joint, weight in zip(weights.joints, weights.largest[0], strict=True):
+        expected = edges if body.roles[joint] == "hips" else joint - 1
+        assert weight == pytest.approx(expected / 1000.0), body.skeleton.names[joint]
 
 
 @pytest.mark.parametrize("fps", [30.0, 60.0, 24.0])
 def test_weights_are_those_of_the_sources_own_frames(fps):
     method = fresh()
     marked(method, "plain", by_frame=True)
-    (motion,) = pan_material.dances("one", (31,))
+    motion = dance(pan_material.BODIES["one"], 31)
     other = motion.character.motion(motion.rotations, motion.root, fps)
-    found = asked(method, other)
+    weights = asked(method, other)
     seconds = np.arange(31) / fps
-    wanted = np.minimum(seconds, (31 - 1) / fps) * 30.0 / 1000.0
-    np.testing.assert_allclose(found.largest, np.repeat(wanted[:, None], len(found.joints), 1), atol=1e-7)
+    expected = np.minimum(seconds, (31 - 1) / fps) * 30.0 / 1000.0
+    np.testing.assert_allclose(
+        weights.largest, np.repeat(expected[:, None], len(weights.joints), 1), atol=1e-7
+    )
 
 
 def test_long_clips_go_in_pieces(monkeypatch):
     from retarget_bench.methods.pan import attention_weights
 
     method = pan_material.trained()
-    (motion,) = pan_material.dances("legs", (50,))
+    motion = dance(pan_material.BODIES["legs"], 50)
     whole = asked(method, motion)
     monkeypatch.setattr(attention_weights, "PIECE", 16)
     np.testing.assert_allclose(asked(method, motion).weights, whole.weights, atol=1e-6)
 
 
 def test_a_whole_body_is_one_part():
-    found = asked(fresh(by_part=False), method_bodies.dance(BODIES["one"], 4))
-    assert found.parts == ("whole body",)
-    assert found.sees.all()
+    weights = asked(fresh(by_part=False), method_bodies.dance(BODIES["one"], 4))
+    assert weights.parts == ("whole body",)
+    assert weights.sees.all()
 
 
 def test_arms_and_tails_are_heeded_by_none_of_three_parts():
     method = pan_material.trained(pan_material.LEGS, parts="three")
     body = BODIES["one"]
-    found = asked(method, method_bodies.dance(body, 4))
-    heeded = {roles.body_part(body.roles[joint]) for joint in found.joints}
+    weights = asked(method, method_bodies.dance(body, 4))
+    heeded = {roles.body_part(body.roles[joint]) for joint in weights.joints}
     assert heeded == {"trunk", "head", "left_leg", "right_leg"}
     dog = asked(method, method_bodies.dance(BODIES["rex"], 4))
     names = {BODIES["rex"].skeleton.names[joint] for joint in dog.joints}
@@ -120,11 +123,11 @@ def test_arms_and_tails_are_heeded_by_none_of_three_parts():
 
 def test_of_joints_the_hips_have_the_weight_of_their_rotation_and_of_the_root():
     method = pan_material.trained(pan_material.LEGS, parts="three", variant="released")
-    found = asked(method, method_bodies.dance(BODIES["one"], 4))
-    assert len(set(found.joints)) == len(found.joints)
-    assert found.sees[:, found.joints == BODIES["one"].joint_of["hips"]].all(0).tolist() == [True]
-    assert (found.weights.sum(-1) < 1.0).all(), "the rest is the token's to itself"
-    assert (found.weights.sum(-1) > 0.5).all()
+    weights = asked(method, method_bodies.dance(BODIES["one"], 4))
+    assert len(set(weights.joints)) == len(weights.joints)
+    assert weights.sees[:, weights.joints == BODIES["one"].joint_of["hips"]].all(0).tolist() == [True]
+    assert (weights.weights.sum(-1) < 1.0).all(), "the rest is the token's to itself"
+    assert (weights.weights.sum(-1) > 0.5).all()
 
 
 def test_without_attention_there_is_none_to_show():
@@ -138,16 +141,16 @@ def test_a_body_of_no_known_structure_is_explained():
     method = fresh()
     assignment = method.assignment(hugo).body
     marked(method, "plain" if len(assignment.layout.parents) == 22 else "short_spine")
-    found = asked(method, method_bodies.dance(hugo, 4))
-    assert sorted(found.joints) == list(range(17))
-    assert "hugo (h36m17) goes through the networks of" in found.note
+    weights = asked(method, method_bodies.dance(hugo, 4))
+    assert sorted(weights.joints) == list(range(17))
+    assert "hugo (h36m17) goes through the networks of" in weights.note
     lacking = sum(joint < 0 for joint in assignment.joints)
-    assert f"{lacking} joints there that it lacks are bones of no length" in found.note
+    assert f"{lacking} joints there that it lacks are bones of no length" in weights.note
     place = {role: n for n, role in enumerate(assignment.layout.roles) if role}
-    for joint, weight in zip(found.joints, found.largest[0], strict=True):
+    for joint, weight in zip(weights.joints, weights.largest[0], strict=True):
         role = hugo.roles[joint]
-        wanted = assignment.layout.edges if role == "hips" else place[role] - 1
-        assert weight == pytest.approx(wanted / 1000.0), role
+        expected = assignment.layout.edges if role == "hips" else place[role] - 1
+        assert weight == pytest.approx(expected / 1000.0), role
 
 
 def test_bodies_that_were_trained_on_need_no_explanation():

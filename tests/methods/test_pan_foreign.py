@@ -10,6 +10,7 @@ import numpy as np
 import pan_material
 import pytest
 import torch
+from training_material import training_data
 
 from retarget_bench.api import Context
 from retarget_bench.methods.pan import Pan
@@ -21,7 +22,6 @@ from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.verification import rewriting
 
 
@@ -34,18 +34,10 @@ def puppets():
 def trained(structures: tuple[str, ...]) -> Pan:
     """Weights that are drawn, not learnt, of puppets of these structures."""
     method = Pan()
-    bodies = [each for each in puppets().values() if each.structure in structures]
-    clips = {
-        each.name: [
-            ClipArrays(each.name, "dance", {key: a.astype(np.float32) for key, a in seen.items()})
-            for seen in [method.prepare(method_bodies.dance(each, 24))]
-        ]
-        for each in bodies
-    }
+    cast = {name: each for name, each in puppets().items() if each.structure in structures}
     torch.manual_seed(0)
-    training_data = TrainingData({each.name: each for each in bodies}, clips)
     config = TrainingConfig(steps=1, batch=4, window=pan_material.WINDOW, rate=1e-3)
-    return method.training_module(training_data, config).method()
+    return method.training_module(training_data(method, cast, (24,)), config).method()
 
 
 def filled(character: Character, like: Character) -> Character:
@@ -67,11 +59,11 @@ def performed(motion: Motion, body: Character) -> Motion:
     """The motion by a body that ``filled`` made: joints that were lacking turn with their parents."""
     character = motion.character
     turned = transfer.relative(motion)
-    found = np.zeros((motion.frames, len(body.skeleton), 4))
+    rotations = np.zeros((motion.frames, len(body.skeleton), 4))
     for joint, (role, parent) in enumerate(zip(body.roles, body.skeleton.parents, strict=True)):
         same = character.joint_of.get(role, -1)
-        found[:, joint] = turned[:, same] if same >= 0 else found[:, parent]
-    local = kinematics.local_from_global(body.skeleton, found)
+        rotations[:, joint] = turned[:, same] if same >= 0 else rotations[:, parent]
+    local = kinematics.local_from_global(body.skeleton, rotations)
     return body.motion(local, motion.positions[:, character.joint_of["hips"]], motion.fps)
 
 
@@ -104,13 +96,13 @@ def test_the_structure_with_the_same_joints_is_chosen(points):
 def test_as_a_source_it_is_the_body_with_bones_of_no_length(points, mixamo_like):
     method = trained(("body28",))
     motion = method_bodies.dance(points, 37)
-    found = carried(method, motion, mixamo_like)
-    wanted = carried(method, performed(motion, filled(points, mixamo_like)), mixamo_like)
-    assert (found.frames, found.fps, found.skeleton) == (37, 30.0, mixamo_like.skeleton)
-    apart = np.abs(found.positions - wanted.positions).max()
+    answer = carried(method, motion, mixamo_like)
+    expected = carried(method, performed(motion, filled(points, mixamo_like)), mixamo_like)
+    assert (answer.frames, answer.fps, answer.skeleton) == (37, 30.0, mixamo_like.skeleton)
+    apart = np.abs(answer.positions - expected.positions).max()
     assert apart < 1e-4 * mixamo_like.height
     still = carried(method, motion.at(np.zeros(37, dtype=int)), mixamo_like)
-    assert np.abs(found.positions - still.positions).max() > 0.01 * mixamo_like.height, (
+    assert np.abs(answer.positions - still.positions).max() > 0.01 * mixamo_like.height, (
         "it heeds the source"
     )
 
@@ -119,15 +111,15 @@ def test_as_a_target_it_is_the_body_with_bones_of_no_length(points, mixamo_like)
     method = trained(("body28",))
     motion = method_bodies.dance(mixamo_like, 37)
     body = filled(points, mixamo_like)
-    found, wanted = carried(method, motion, points), carried(method, motion, body)
+    found, expected = carried(method, motion, points), carried(method, motion, body)
     assert (found.frames, found.fps, found.skeleton) == (37, 30.0, points.skeleton)
     both = [(points.joint_of[role], body.joint_of[role]) for role in points.joint_of]
     mine, theirs = (list(each) for each in zip(*both, strict=True))
-    turned, wanted_turns = transfer.relative(found)[:, mine], transfer.relative(wanted)[:, theirs]
+    turned, wanted_turns = transfer.relative(found)[:, mine], transfer.relative(expected)[:, theirs]
     assert rotation.angle(turned, wanted_turns).max() < 1e-3
     legs = [role for role in points.joint_of if roles.body_part(role).endswith("leg")]
     assert len(legs) == 6
-    apart = found.positions[:, points.joints(legs)] - wanted.positions[:, body.joints(legs)]
+    apart = found.positions[:, points.joints(legs)] - expected.positions[:, body.joints(legs)]
     assert np.abs(apart).max() < 1e-4 * points.height
 
 

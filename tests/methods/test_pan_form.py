@@ -10,6 +10,7 @@ import method_bodies
 import numpy as np
 import pan_material
 import pytest
+from method_bodies import dance
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.errors import NotSupported
@@ -43,7 +44,7 @@ def apart(one, other, joints=slice(None)) -> float:
 def test_seen_and_shown_again(features, yaw):
     for name in ("one", "legs", "one_one_armed", "rex"):
         body = Pan(parts="three").body(BODIES[name])
-        (motion,) = pan_material.dances(name, (25,))
+        motion = dance(pan_material.BODIES[name], 25)
         assert apart(motion, there_and_back(features, motion, body, yaw)) < 1e-9
 
 
@@ -70,11 +71,11 @@ def test_points_of_pose_estimation_go_through_other_structures(layout, puppets):
 
 def test_ends_that_are_not_given_are_at_rest():
     body = Pan().body(BODIES["one"])
-    (motion,) = pan_material.dances("one", (10,))
-    found = there_and_back(FORMS[0], motion, body, "source", tips=False)
-    assert apart(motion, found) < 1e-9, "no joint hangs from them, and a place does not tell"
+    motion = dance(pan_material.BODIES["one"], 10)
+    returned = there_and_back(FORMS[0], motion, body, "source", tips=False)
+    assert apart(motion, returned) < 1e-9, "no joint hangs from them, and a place does not tell"
     hand = BODIES["one"].skeleton.index("LeftHand")
-    assert np.abs(found.rotations[:, hand] - [1.0, 0.0, 0.0, 0.0]).max() < 1e-9
+    assert np.abs(returned.rotations[:, hand] - [1.0, 0.0, 0.0, 0.0]).max() < 1e-9
 
 
 def test_numbers_of_the_root_by_hand():
@@ -114,8 +115,8 @@ def test_slots_of_one_joint_that_disagree_give_their_mean():
     turned = found.global_rotations[0]
     for edge, angle in zip(leaving, (10.0, 20.0, 30.0), strict=True):
         child = body.joints[edge + 1]
-        wanted = Rotation.from_euler("X", angle, degrees=True)
-        assert (_turn(turned[child]) * wanted.inv()).magnitude() < 1e-6
+        expected = Rotation.from_euler("X", angle, degrees=True)
+        assert (_turn(turned[child]) * expected.inv()).magnitude() < 1e-6
     hips = _turn(turned[body.joints[0]])
     assert (hips * Rotation.from_euler("X", 20.0, degrees=True).inv()).magnitude() < 1e-3
 
@@ -126,10 +127,10 @@ def test_slots_of_one_joint_that_disagree_give_their_mean():
 def test_joints_are_seen_and_shown_again(features, name):
     """Ends of chains too, which say their own rotations."""
     body = Pan(parts="three", variant="released").body(BODIES[name])
-    (motion,) = pan_material.dances(name, (12,))
-    found = there_and_back(features, motion, body, "predicted", tips=False)
-    assert apart(motion, found) < 1e-9
-    assert rotation.angle(found.global_rotations, motion.global_rotations).max() < 1e-6
+    motion = dance(pan_material.BODIES[name], 12)
+    returned = there_and_back(features, motion, body, "predicted", tips=False)
+    assert apart(motion, returned) < 1e-9
+    assert rotation.angle(returned.global_rotations, motion.global_rotations).max() < 1e-6
 
 
 def turning_pelvis():
@@ -157,13 +158,13 @@ def test_bodies_with_a_pelvis_and_without_go_through_one_another_s_structures(fe
     through = in_layout(plain, layouts[1])
     assert through.joints[0] == plain.joint_of["hips"]
     assert through.layout.roles[0] is None
-    (motion,) = pan_material.dances("one", (12,))
+    motion = dance(pan_material.BODIES["one"], 12)
     assert apart(motion, there_and_back(features, motion, through, "source")) < 1e-9
     away = in_layout(pelvis.character, layouts[0])
-    found = there_and_back(features, pelvis, away, "source")
+    returned = there_and_back(features, pelvis, away, "source")
     seen = [joint for joint in away.joints if joint >= 0]
     assert 1 not in seen
-    turns = rotation.angle(found.global_rotations[:, seen], pelvis.global_rotations[:, seen])
+    turns = rotation.angle(returned.global_rotations[:, seen], pelvis.global_rotations[:, seen])
     assert turns.max() < 1e-6, "the pelvis follows the hips, and what hangs from it is turned as it was"
 
 
@@ -177,7 +178,7 @@ def test_end_sites_are_where_the_file_has_them():
 
 def test_signs_of_slots_do_not_matter_to_their_mean():
     body = Pan().body(BODIES["one"])
-    (motion,) = pan_material.dances("one", (6,))
+    motion = dance(pan_material.BODIES["one"], 6)
     edges = FORMS[0].see(motion, body)["edges"][:, :-1]
     flipped = edges.copy()
     flipped[:, ::2] *= -1.0
@@ -203,9 +204,9 @@ def test_joints_that_a_layout_does_not_have_follow_their_parents():
     few = _few()
     body = in_layout(BODIES["one"], Pan().body(few).layout)
     assert len(aligned(BODIES["one"]).joints) - len(body.joints) == 3
-    (motion,) = pan_material.dances("one", (20,))
-    found = there_and_back(FORMS[0], motion, body, "source")
-    globals_ = [each.global_rotations for each in (found, motion)]
+    motion = dance(pan_material.BODIES["one"], 20)
+    returned = there_and_back(FORMS[0], motion, body, "source")
+    globals_ = [each.global_rotations for each in (returned, motion)]
     kept = [joint for joint in body.joints if joint >= 0]
     assert rotation.angle(globals_[0][:, kept], globals_[1][:, kept]).max() < 1e-6
 

@@ -146,8 +146,8 @@ AS_FILED = ("hips", None, *S23_ROLES[10:], *S23_ROLES[1:9])
 def test_a_tree_begins_where_the_legs_do():
     parents = [-1, 0, 0, 2, 3, 4, 5, 4, 7, 8, 9, 4, 11, 12, 13, 1, 15, 16, 17, 1, 19, 20, 21]
     assert where_legs_begin(parents, AS_FILED) == 1
-    found, order = rerooted(parents, AS_FILED)
-    assert found == [-1, *S23[1:]]
+    tree, order = rerooted(parents, AS_FILED)
+    assert tree == [-1, *S23[1:]]
     roles = [AS_FILED[joint] for joint in order]
     assert roles == [None, *S23_ROLES[1:9], "hips", *S23_ROLES[10:]]
 
@@ -156,8 +156,8 @@ def test_a_tree_without_a_pelvis_keeps_its_root_and_is_ordered_by_limbs():
     shuffled = [0, *range(11, 28), *range(6, 11), *range(1, 6)]
     place = {joint: rank for rank, joint in enumerate(shuffled)}
     parents = [-1, *(place[S28[joint]] for joint in shuffled[1:])]
-    found, order = rerooted(parents, [S28_ROLES[joint] for joint in shuffled])
-    assert (found, [shuffled[joint] for joint in order]) == ([-1, *S28[1:]], list(range(28)))
+    tree, order = rerooted(parents, [S28_ROLES[joint] for joint in shuffled])
+    assert (tree, [shuffled[joint] for joint in order]) == ([-1, *S28[1:]], list(range(28)))
 
 
 def test_a_body_without_legs_keeps_its_root():

@@ -8,12 +8,13 @@ import numpy as np
 import pan_material
 import pytest
 import torch
+import training_material
+from method_bodies import dance
 
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.losses import Objective
 from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.data import TrainingData
 
 BODIES, TWO, THREE = pan_material.BODIES, pan_material.TWO, pan_material.THREE
 
@@ -24,38 +25,28 @@ def terms(module, batch):
     return {phase.name: module.losses(phase.name, batch, memory) for phase in module.phases}
 
 
-# ---------------------------------------------------------------------------------------- what is drawn
-def test_windows_are_cut_from_clips():
-    module = pan_material.training_module(lengths=(16,))
-    for side in pan_material.batch(module)["sides"]:
-        cast = [name for name in TWO if _structure(name) == module._names[side["structure"]]]
-        whole = [module._windows._material.clips[name][0].arrays["edges"] for name in cast]
-        for row in side["edges"].numpy():
-            assert any(np.array_equal(row, each) for each in whole)
-
-
 def test_windows_backwards_are_what_is_seen_of_the_reversed_motion():
     """Root numbers too: a body that walks backwards, and turns the other way."""
     for root in ("position", "velocity", "height"):
         module = pan_material.training_module(variant="released", root=root, lengths=(16,))
-        features, found = Pan(variant="released", root=root).settings.features, set()
+        features, directions = Pan(variant="released", root=root).settings.features, set()
         for seed in range(6):
-            for side in pan_material.batch(module, seed=seed)["sides"]:
+            for side in training_material.batch(module, seed=seed)["sides"]:
                 cast = [name for name in TWO if _structure(name) == module._names[side["structure"]]]
                 for row in side["edges"].numpy():
-                    found.add(_direction(row, cast, features))
-        assert found == {"on", "back"}
+                    directions.add(_direction(row, cast, features))
+        assert directions == {"on", "back"}
 
 
 def _direction(row, cast, features):
     """Whether a window is a clip as it was performed, or backwards."""
     for name in cast:
-        (motion,) = pan_material.dances(name, (16,))
+        motion = dance(pan_material.BODIES[name], 16)
         body = Pan(variant="released").body(BODIES[name])
         for way, shown in (("on", motion), ("back", motion.at(np.arange(16)[::-1]))):
-            wanted = features.see(shown, body)["edges"]
-            same = np.abs(np.abs(row[:, :-1]) - np.abs(wanted[:, :-1])).max() < 1e-5
-            if same and np.abs(row[:, -1] - wanted[:, -1]).max() < 1e-2 * np.abs(wanted[:, -1]).max():
+            expected = features.see(shown, body)["edges"]
+            same = np.abs(np.abs(row[:, :-1]) - np.abs(expected[:, :-1])).max() < 1e-5
+            if same and np.abs(row[:, -1] - expected[:, -1]).max() < 1e-2 * np.abs(expected[:, -1]).max():
                 return way
     raise AssertionError("a window that no clip has, forwards or backwards")
 
@@ -67,23 +58,25 @@ def _structure(name):
 @pytest.mark.parametrize("frames", [2, 3, 7])
 def test_clips_shorter_than_a_window_are_gone_through_there_and_back(frames):
     module = pan_material.training_module(lengths=(frames,))
-    side = pan_material.batch(module)["sides"][0]
+    side = training_material.batch(module)["sides"][0]
     edges = side["edges"][:, :, :-1].numpy()
     period = max(2 * (frames - 1), 1)
     np.testing.assert_array_equal(edges[:, :-period], edges[:, period:])
     np.testing.assert_array_equal(edges[:, 1], edges[:, period - 1 if frames > 2 else 3])
-    found = terms(module, pan_material.batch(module))
-    assert all(each.isfinite() for phase in found.values() for each in phase.values())
+    losses = terms(module, training_material.batch(module))
+    assert all(each.isfinite() for phase in losses.values() for each in phase.values())
 
 
 # ---------------------------------------------------------------------------------------- structures
 def test_terms_are_the_same_whichever_structures_a_step_is_about():
     module = pan_material.training_module(names=THREE, velocity=1.0)
-    found = [terms(module, pan_material.batch(module, seed=seed)) for seed in range(4)]
-    pairs = {tuple(s["structure"] for s in pan_material.batch(module, seed=k)["sides"]) for k in range(4)}
+    losses = [terms(module, training_material.batch(module, seed=seed)) for seed in range(4)]
+    pairs = {
+        tuple(s["structure"] for s in training_material.batch(module, seed=k)["sides"]) for k in range(4)
+    }
     assert len(pairs) > 1
     assert all(
-        {p: set(t) for p, t in each.items()} == {p: set(t) for p, t in found[0].items()} for each in found
+        {p: set(t) for p, t in each.items()} == {p: set(t) for p, t in losses[0].items()} for each in losses
     )
 
 
@@ -94,10 +87,10 @@ def test_structures_without_a_common_end_effector_have_the_term_all_the_same():
     none = torch.zeros(0, dtype=torch.long)
     for pair in ((first, second), (second, first)):
         objective._tensors["ends", *pair] = none
-    assert terms(module, pan_material.batch(module))["generator"]["ends"] > 0  # within structures
+    assert terms(module, training_material.batch(module))["generator"]["ends"] > 0  # within structures
     for name in (first, second):
         objective._tensors["ends", name, name] = none
-    assert terms(module, pan_material.batch(module))["generator"]["ends"] == 0
+    assert terms(module, training_material.batch(module))["generator"]["ends"] == 0
 
 
 def test_codes_of_bodies_with_one_arm_are_compared_over_five_parts():
@@ -110,13 +103,6 @@ def test_codes_of_bodies_with_one_arm_are_compared_over_five_parts():
     objective.begin(torch.device("cpu"))
     objective.compare(names, code, arranged)
     assert objective.total()["latent"].item() == 0.0
-
-
-# ------------------------------------------------------------------------------------------- learning
-def test_a_judge_that_is_not_wanted_is_no_phase():
-    module = pan_material.training_module(adversarial=0.0)
-    assert [phase.name for phase in module.phases] == ["generator"]
-    assert "adversarial" not in terms(module, pan_material.batch(module))["generator"]
 
 
 # -------------------------------------------------------------------------------------------- weights
@@ -165,13 +151,9 @@ def test_statistics_by_character_are_of_each():
 # -------------------------------------------------------------------------------------- what is refused
 def test_bodies_of_one_structure_with_different_joints_are_named():
     method = Pan()
-    odd = {**BODIES, "odd": replace(BODIES["one_one_armed"], name="odd", structure="plain")}
-    whole = pan_material.training_data(method)
-    clips = {
-        **whole.clips,
-        "odd": pan_material.training_data(method, ("one_one_armed",)).clips["one_one_armed"],
-    }
-    mixed = TrainingData({name: odd[name] for name in clips}, clips)
+    odd = replace(BODIES["one_one_armed"], name="odd", structure="plain")
+    cast = {**{name: BODIES[name] for name in TWO}, "odd": odd}
+    mixed = training_material.training_data(method, cast, (30,))
     with pytest.raises(NotSupported, match="odd and one are both of structure plain and have different"):
         method.training_module(mixed, TrainingConfig(steps=1, batch=4, window=16, rate=1e-3))
 
@@ -186,10 +168,10 @@ def test_windows_that_networks_cannot_halve_twice(window):
 def test_structures_of_any_name(name):
     method = Pan()
     cast = {each: replace(BODIES[each], structure=name) for each in TWO[:2]}
-    clips = pan_material.training_data(method, TWO[:2]).clips
     torch.manual_seed(0)
     module = method.training_module(
-        TrainingData(cast, clips), TrainingConfig(steps=1, batch=4, window=16, rate=1e-3)
+        training_material.training_data(method, cast, (30,)),
+        TrainingConfig(steps=1, batch=4, window=16, rate=1e-3),
     )
     found = module.method()
     assert len(found.structures) == 1

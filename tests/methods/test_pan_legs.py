@@ -8,6 +8,8 @@ import numpy as np
 import pan_material
 import pytest
 import torch
+import training_material
+from method_bodies import dance
 
 from retarget_bench.api import Context
 from retarget_bench.methods.pan import Pan
@@ -50,7 +52,7 @@ def test_positions_are_sums_of_what_roots_move_only_where_roots_say_that():
 def test_losses_are_over_common_parts_only():
     """What arms and tails do changes no loss but what discriminators say."""
     module = pan_material.training_module(LEGS, small=True, parts="three", variant="paper")
-    batch = pan_material.batch(module)
+    batch = training_material.batch(module)
     before = module.losses("generator", batch, {})
     for side in batch["sides"]:
         layout = module._structures[module._names[side["structure"]]].layout
@@ -85,7 +87,7 @@ def test_eq_20_in_a_step(turns):
     module = pan_material.training_module(LEGS, small=True, parts="three", variant="paper")
     objective = module._objective
     objective.weights = replace(objective.weights, turns=turns)
-    batch = pan_material.batch(module)
+    batch = training_material.batch(module)
     names = [module._names[side["structure"]] for side in batch["sides"]]
     real = [module._real(name, side) for name, side in zip(names, batch["sides"], strict=True)]
     codes = [module._structures[name].encoder(each.edges) for name, each in zip(names, real, strict=True)]
@@ -98,8 +100,8 @@ def test_eq_20_in_a_step(turns):
             scaled = [_rescaled(m[..., :3], *r) for m, r in zip(moves, ranges, strict=True)]
             square = np.mean((scaled[0] - scaled[1]) ** 2)
             squares.append(square + turns * np.mean((moves[0][..., 3] - moves[1][..., 3]) ** 2))
-    found = module.losses("generator", batch, {})["velocity"].item()
-    assert found == pytest.approx(1000.0 * np.mean(squares), rel=1e-4)
+    loss = module.losses("generator", batch, {})["velocity"].item()
+    assert loss == pytest.approx(1000.0 * np.mean(squares), rel=1e-4)
 
 
 def _rescaled(velocity, low, high):
@@ -115,21 +117,21 @@ def test_paths_are_decoded_or_the_source_s(path, parts):
     for each in module._structures.values():
         for weights in each.decoder.parameters():
             torch.nn.init.zeros_(weights)
-    motion = pan_material.dances("one")[0]
-    found = module.method().retarget(motion, BODIES["tall"], context=Context())
+    motion = dance(pan_material.BODIES["one"], 30)
+    answer = module.method().retarget(motion, BODIES["tall"], context=Context())
     ratio = BODIES["tall"].measures.hip_height / BODIES["one"].measures.hip_height
-    paces = np.linalg.norm(np.diff(found.root[:, [0, 2]], axis=0), axis=1)
+    paces = np.linalg.norm(np.diff(answer.root[:, [0, 2]], axis=0), axis=1)
     if path == "decoded":
-        assert np.ptp(found.root[:, 1]) < 1e-5, "hips stay as high as those of training are in the mean"
+        assert np.ptp(answer.root[:, 1]) < 1e-5, "hips stay as high as those of training are in the mean"
         np.testing.assert_allclose(paces, paces.mean(), rtol=1e-4)
     else:
-        np.testing.assert_allclose(found.root, ratio * motion.root, atol=1e-4)
+        np.testing.assert_allclose(answer.root, ratio * motion.root, atol=1e-4)
 
 
 def test_paths_between_legs_stay_beside_the_source_s():
     """A minute of a dog whose decoded steps are too long by a hundredth of the hips' height."""
     method = pan_material.trained(LEGS, parts="three")
-    motion = pan_material.dances("rex", (1800,))[0]
+    motion = dance(pan_material.BODIES["rex"], 1800)
     features, body = method.settings.features, method.body(motion.character)
     assert features.path == "relative"
     seen, ratio = features.see(motion, body), features.unit(motion.character)
@@ -159,14 +161,14 @@ def test_steady_paths_forget_what_differs_for_long():
     sums, keep = without_bias(step, lead, 30.0)[:, 1] - lead[:, 1], np.exp(-1.0 / (30.0 * MEMORY))
     # a single step of a tenth, less its own mean, which lasts as long
     after = np.arange(200.0)
-    wanted = 0.1 * keep**after * (1.0 - (1.0 - keep) / keep * after)
-    np.testing.assert_allclose(sums[100:], wanted, atol=1e-12)
+    expected = 0.1 * keep**after * (1.0 - (1.0 - keep) / keep * after)
+    np.testing.assert_allclose(sums[100:], expected, atol=1e-12)
 
 
 def test_steady_paths_need_no_weights_of_their_own():
     one, other = Pan(parts="three"), Pan(parts="three", path="steady")
     assert one.facts() == other.facts()
-    (motion,) = pan_material.dances("rex", (90,))
+    motion = dance(pan_material.BODIES["rex"], 90)
     relative, steady = (each.retarget(motion, BODIES["one"], context=Context()) for each in (one, other))
     np.testing.assert_array_equal(relative.rotations, steady.rotations)
     lead = motion.root * BODIES["one"].measures.hip_height / BODIES["rex"].measures.hip_height

@@ -6,8 +6,10 @@ import numpy as np
 import pan_material
 import pytest
 import torch
+import training_material
 from hypothesis import given
 from hypothesis import strategies as st
+from method_bodies import dance
 
 from retarget_bench.methods.pan import Pan, losses
 from retarget_bench.methods.pan.settings import BETWEEN_LEGS, SETTINGS
@@ -30,7 +32,7 @@ BODIES = pan_material.BODIES
 def test_places_are_those_of_the_motion(name, root, given_turn):
     """Eq. 13's FK: in the world, level from where the hips begin, turned as the first frame faces."""
     body, features = Pan(parts="three").body(BODIES[name]), Features(root, "world", 0.0)
-    (motion,) = pan_material.dances(name, (20,))
+    motion = dance(pan_material.BODIES[name], 20)
     seen = features.see(motion, body)
     edges = torch.from_numpy(seen["edges"][None]).float()
     bones = torch.from_numpy(features.bones(body)[None])
@@ -42,12 +44,12 @@ def test_places_are_those_of_the_motion(name, root, given_turn):
     positions = motion.positions[:, list(body.joints)] / 0.01
     hips = positions[0, 0].copy()
     if root == "position":
-        wanted = positions
+        expected = positions
     else:
         start = np.array([hips[0], hips[1] if root == "velocity" else 0.0, hips[2]])
-        wanted = facing.seen(positions - start, np.broadcast_to(turn[0], positions.shape[:2]))
+        expected = facing.seen(positions - start, np.broadcast_to(turn[0], positions.shape[:2]))
     height = BODIES[name].height / 0.01
-    assert np.abs(found - wanted).max() / height < 1e-5
+    assert np.abs(found - expected).max() / height < 1e-5
     relative = motion.positions[:, list(body.joints)] - motion.positions[:, [body.joints[0]]]
     if root != "position":
         relative = facing.seen(relative, np.broadcast_to(turn[:, None], relative.shape[:2]))
@@ -56,7 +58,8 @@ def test_places_are_those_of_the_motion(name, root, given_turn):
 
 def test_quaternions_need_not_be_unit():
     body, features = Pan().body(BODIES["one"]), Features("velocity", "world", 0.0)
-    edges = torch.from_numpy(features.see(pan_material.dances("one", (8,))[0], body)["edges"][None]).float()
+    motion = dance(pan_material.BODIES["one"], 8)
+    edges = torch.from_numpy(features.see(motion, body)["edges"][None]).float()
     bones, fk = torch.from_numpy(features.bones(body)[None]), Kinematics(body)
     stretched = edges * torch.linspace(0.5, 3.0, edges.shape[2])[None, None, :, None]
     torch.testing.assert_close(fk(edges, bones), fk(stretched, bones), atol=1e-3, rtol=0)
@@ -87,8 +90,8 @@ def test_eq_11_codes_lie_apart(seed):
 def test_eq_12_real_is_one_and_an_answer_is_zero(seed):
     """The direction of least-squares GANs; as typed, eq. 12 exchanges 0 and 1."""
     real, shown = arrays(seed, 3, 7)
-    found = discriminator_loss(*tensors(real, shown)).item()
-    assert found == pytest.approx(0.5 * (np.mean((real - 1) ** 2) + np.mean(shown**2)))
+    loss = discriminator_loss(*tensors(real, shown)).item()
+    assert loss == pytest.approx(0.5 * (np.mean((real - 1) ** 2) + np.mean(shown**2)))
     assert least_squares(*tensors(shown), True).item() == pytest.approx(np.mean((shown - 1) ** 2))
 
 
@@ -106,12 +109,12 @@ def test_eq_15_is_the_z_score_of_all_training_motion(seed):
     values = np.random.default_rng(seed).normal(2.0, 3.0, (50, 4, 4))
     values[:, 0] = 1.5  # what never changes is left alone
     mean, deviation = statistics_of(values, 0.0)
-    wanted = values.std(axis=0)
-    wanted[0] = 1.0
+    expected = values.std(axis=0)
+    expected[0] = 1.0
     np.testing.assert_allclose(mean.numpy(), values.mean(axis=0), rtol=1e-5)
-    np.testing.assert_allclose(deviation.numpy(), wanted, rtol=1e-5)
+    np.testing.assert_allclose(deviation.numpy(), expected, rtol=1e-5)
     _, at_least = statistics_of(values, 3.0)
-    np.testing.assert_allclose(at_least.numpy(), np.maximum(wanted, 3.0), rtol=1e-5)
+    np.testing.assert_allclose(at_least.numpy(), np.maximum(expected, 3.0), rtol=1e-5)
 
 
 @given(SEEDS)
@@ -119,9 +122,9 @@ def test_eq_20_speeds_are_rescaled_to_the_range_of_training(seed):
     a, _ = arrays(seed, 3, 5, 3)
     low, high = 0.2, 2.5
     speed = np.linalg.norm(a, axis=-1, keepdims=True)
-    wanted = a / speed * (speed - low) / (high - low)
-    found = losses.rescaled(torch.from_numpy(a), torch.tensor([low, high], dtype=torch.float64))
-    np.testing.assert_allclose(found.numpy(), wanted, atol=1e-9)
+    expected = a / speed * (speed - low) / (high - low)
+    rescaled = losses.rescaled(torch.from_numpy(a), torch.tensor([low, high], dtype=torch.float64))
+    np.testing.assert_allclose(rescaled.numpy(), expected, atol=1e-9)
 
 
 def test_eq_20_of_a_body_that_never_moves_is_finite():
@@ -171,7 +174,7 @@ def test_ends_of_bodies_that_lack_some():
 # ---------------------------------------------------------------------------------------- in one step
 def everything(module, seed=0):
     """Terms of a step, and by hand what they are of: real motion, answers, codes, as NumPy arrays."""
-    batch, memory = pan_material.batch(module, 4, seed), {}
+    batch, memory = training_material.batch(module, 4, seed), {}
     return batch, module.losses("generator", batch, memory), memory
 
 
@@ -184,7 +187,7 @@ def by_hand(module, batch):
     shown, again, back = {}, {}, {}
     for there, side in enumerate(batch["sides"]):
         for here in (0, 1):
-            at = [side["asked"][key].chunk(3)[here] for key in ("which", "bones", "unit", "turn")]
+            at = [side["targets"][key].chunk(3)[here] for key in ("which", "bones", "unit", "turn")]
             shown[here, there] = _answered(module, names[there], codes[here], *at)
             again[here, there] = parts[there].encoder(shown[here, there].edges)
     for here, side in enumerate(batch["sides"]):
@@ -219,7 +222,7 @@ def test_terms_of_the_paper_are_those_of_eq_10_to_14():
     with torch.no_grad():
         names, real, codes, shown, again, back = by_hand(module, batch)
     pairs = [(here, there) for here in (0, 1) for there in (0, 1)]
-    wanted = {  # eq. 14's coefficients
+    expected = {  # eq. 14's coefficients
         "slots": np.mean([square(shown[k, k, "own"].edges, real[k].edges) for k in (0, 1)]),
         "places": 100 * np.mean([square(shown[k, k, "own"].positions, real[k].positions) for k in (0, 1)]),
         "latent": 2.5 * np.mean([square(codes[pair[0]], again[pair]) for pair in pairs]),
@@ -238,8 +241,8 @@ def test_terms_of_the_paper_are_those_of_eq_10_to_14():
             ]
         ),
     }
-    assert set(terms) == set(wanted)
-    for name, value in wanted.items():
+    assert set(terms) == set(expected)
+    for name, value in expected.items():
         assert terms[name].item() == pytest.approx(value, rel=2e-4), name
 
 
@@ -258,15 +261,15 @@ def test_terms_of_the_released_code():
     def channels(each):  # three of the root
         return each.edges.flatten(2)[..., :-1]
 
-    wanted = {  # sums over structures and pairs
+    expected = {  # sums over structures and pairs
         "slots": sum(square(channels(a), channels(b)) for a, b in own),
         "places": 100 * sum(square(placed(a), placed(b)) for a, b in own),
         "root": 100 * sum(square(a.positions[:, :, 0], b.positions[:, :, 0]) for a, b in own),
         "latent": 2.5 * sum(np.abs((codes[pair[0]] - again[pair]).numpy()).mean() for pair in pairs),
         "again_places": 2.5 * sum(square(placed(back[pair]), placed(real[pair[0]])) for pair in pairs),
     }
-    assert set(terms) == {*wanted, "ends", "adversarial"}
-    for name, value in wanted.items():
+    assert set(terms) == {*expected, "ends", "adversarial"}
+    for name, value in expected.items():
         assert terms[name].item() == pytest.approx(value, rel=2e-4), name
 
 
@@ -275,7 +278,7 @@ def test_judges_learn_from_what_they_are_shown():
     batch, _, memory = everything(module)
     with torch.no_grad():
         names, real, _, shown, _, _ = by_hand(module, batch)
-        wanted = [
+        expected = [
             0.5
             * (
                 square(discriminator(real[k].edges.flatten(2)), torch.ones(1))
@@ -283,8 +286,8 @@ def test_judges_learn_from_what_they_are_shown():
             )
             for k, discriminator in ((k, module._discriminators.discriminators[names[k]]) for k in (0, 1))
         ]
-    found = module.losses("discriminator", batch, memory)["told_apart"].item()
-    assert found == pytest.approx(np.mean(wanted), rel=1e-4)
+    loss = module.losses("discriminator", batch, memory)["told_apart"].item()
+    assert loss == pytest.approx(np.mean(expected), rel=1e-4)
     assert not any(each.requires_grad for _, *seen in memory["shown"] for each in seen)
 
 

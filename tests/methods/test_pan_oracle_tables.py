@@ -123,8 +123,8 @@ def terms(case: Case, *names: str) -> list[float]:
 
 
 def test_sums_between_people_are_theirs(people: Case):
-    wanted, close = below(people.step, "loss/sum/"), pytest.approx
-    assert terms(people, "slots", "root", "places") == close(wanted["rec_losses"].tolist(), rel=1e-5)
+    expected, close = below(people.step, "loss/sum/"), pytest.approx
+    assert terms(people, "slots", "root", "places") == close(expected["rec_losses"].tolist(), rel=1e-5)
     sums = {
         "rec_loss": ("slots", "root", "places"),
         "ee_loss": ("ends",),
@@ -132,23 +132,23 @@ def test_sums_between_people_are_theirs(people: Case):
     }
     for name, ours in sums.items():
         weight = 50.0 if name == "ee_loss" else 1.0
-        assert sum(terms(people, *ours)) / weight == close(float(wanted[name]), rel=1e-5), name
+        assert sum(terms(people, *ours)) / weight == close(float(expected[name]), rel=1e-5), name
     cycle = sum(terms(people, "latent")) + sum(terms(people, "again_places"))
-    assert cycle / 2.5 == close(float(wanted["cycle_loss"]), rel=1e-5)
+    assert cycle / 2.5 == close(float(expected["cycle_loss"]), rel=1e-5)
     each = [float(people.step[f"loss/D_loss_{number}"]) for number in (0, 1)]
-    assert wanted["loss_Ds"].tolist() == close(each)
+    assert expected["loss_Ds"].tolist() == close(each)
 
 
 def test_sums_between_legs_are_theirs(legs: Case):
-    wanted, close = below(legs.step, "loss/sum/"), pytest.approx
+    expected, close = below(legs.step, "loss/sum/"), pytest.approx
     dog, human = terms(legs, "slots", "moves", "places")
-    assert [human, dog] == close(wanted["rec_losses"].tolist(), rel=1e-5)
-    assert human + dog == close(float(wanted["rec_loss"]), rel=1e-5)
+    assert [human, dog] == close(expected["rec_losses"].tolist(), rel=1e-5)
+    assert human + dog == close(float(expected["rec_loss"]), rel=1e-5)
     cycle = 1000.0 * sum(terms(legs, "latent", "again_places"))
-    assert cycle == close(float(wanted["cycle_loss"]), rel=1e-5)
-    assert sum(terms(legs, "adversarial")) == close(float(wanted["loss_G"]), rel=1e-5)
-    assert sum(terms(legs, "velocity")) / 1000.0 == close(float(wanted["retar_root_v_loss"]), rel=1e-5)
-    assert float(legs.step["loss/G_loss_total"]) == close(float(wanted["loss_G_total"]))
+    assert cycle == close(float(expected["cycle_loss"]), rel=1e-5)
+    assert sum(terms(legs, "adversarial")) == close(float(expected["loss_G"]), rel=1e-5)
+    assert sum(terms(legs, "velocity")) / 1000.0 == close(float(expected["retar_root_v_loss"]), rel=1e-5)
+    assert float(legs.step["loss/G_loss_total"]) == close(float(expected["loss_G_total"]))
 
 
 def test_the_step_is_of_the_characters_of_the_input(people: Case):

@@ -7,7 +7,7 @@ import numpy as np
 import pan_material
 import pytest
 import torch
-from method_bodies import apart, carried
+from method_bodies import apart, carried, dance
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.methods.pan import Pan
@@ -25,7 +25,7 @@ def test_bodies_without_training_go_through_what_is_nearest():
     )
     assert method.assignment(BODIES["one_one_armed"]).structure == "plain"
     for name in ("one", "one_one_armed"):
-        (source,) = pan_material.dances(name, (20,))
+        source = dance(BODIES[name], 20)
         assert np.isfinite(carried(method, source, odd).positions).all()
     assert method.supports(odd, BODIES["one"]) is None
 
@@ -52,7 +52,7 @@ def test_refusals_are_sentences():
     assert why
     with pytest.raises(NotSupported, match=r"one"):
         carried(method, method_bodies.pose(legless, 5, {}, np.zeros((5, 3))), BODIES["one"])
-    (source,) = pan_material.dances("one", (5,))
+    source = dance(BODIES["one"], 5)
     positions = source.character.positions(source.positions, 30.0)
     with pytest.raises(NotSupported, match="known by positions only"):
         carried(method, positions, BODIES["tall"])
@@ -62,9 +62,13 @@ def test_refusals_are_sentences():
 
 
 def test_what_a_parameter_says_wins_over_the_variant():
-    found = Pan(variant="paper", cycle=0.0, root="height", facing=2.0, kinematic=10.0).settings
-    assert (found.weights.cycle, found.features.root, found.features.facing) == (0.0, "height", 2.0)
-    assert (found.weights.kinematic, found.weights.again_positions) == (10.0, 10.0)
+    settings = Pan(variant="paper", cycle=0.0, root="height", facing=2.0, kinematic=10.0).settings
+    assert (settings.weights.cycle, settings.features.root, settings.features.facing) == (
+        0.0,
+        "height",
+        2.0,
+    )
+    assert (settings.weights.kinematic, settings.weights.again_positions) == (10.0, 10.0)
     without = Pan(kinematic=0.0).settings.weights
     assert (without.kinematic, without.again_positions, without.root) == (0.0, 0.0, 0.0)
 
@@ -78,7 +82,7 @@ def test_statistics_of_the_target_are_privileged_and_change_the_answer():
     assert plain.facts() == leaking.facts(), "the same weights serve both"
     tensors = pan_material.trained(statistics="character").tensors
     plain, leaking = plain.using(tensors), leaking.using(tensors)
-    (source,), motions = pan_material.dances("one", (20,)), pan_material.dances("legs", (50,))
+    source, motions = dance(BODIES["one"], 20), [dance(BODIES["legs"], 50)]
     seen = carried(leaking, source, BODIES["legs"], target_motions=motions)
     other = carried(leaking, source, BODIES["legs"], target_motions=[m.at(slice(0, 9)) for m in motions])
     assert apart(seen, other) > 1e-3

@@ -40,16 +40,16 @@ def test_a_pose_turned_has_the_same_description_in_another_order() -> None:
     points = np.random.default_rng(0).normal(size=(200, 3)) * [0.3, 0.5, 0.2]
     still = _described(points, 1.7)
     for step in (1, 5, _TURNS - 3):
-        found = _described(turned(points, 2.0 * np.pi * step / _TURNS), 1.7)
-        np.testing.assert_allclose(found, np.roll(still, step, axis=1), atol=1e-9)
+        description = _described(turned(points, 2.0 * np.pi * step / _TURNS), 1.7)
+        np.testing.assert_allclose(description, np.roll(still, step, axis=1), atol=1e-9)
 
 
 def test_descriptions_are_distances_to_the_nearest_point() -> None:
     points = np.random.default_rng(1).normal(size=(50, 3))
-    found = _described(points, 2.0)
-    assert found.shape == (7 * len(_RADII), _TURNS)
+    description = _described(points, 2.0)
+    assert description.shape == (7 * len(_RADII), _TURNS)
     place = np.array([0.0, -1.0, 2.0 * _RADII[0]])  # the lowest inner ring, ahead
-    assert found[0, 0] == pytest.approx(np.linalg.norm(points - place, axis=-1).min())
+    assert description[0, 0] == pytest.approx(np.linalg.norm(points - place, axis=-1).min())
 
 
 def test_the_very_pose_is_found_in_whatever_direction() -> None:

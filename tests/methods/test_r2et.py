@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import r2et_material
 import torch
+import training_material
 from method_bodies import about, apart, body, carried, dance
 from r2et_material import BODIES, SHORT
 from scipy.spatial.transform import Rotation
@@ -36,25 +37,12 @@ def method():
 
 # ------------------------------------------------------------------------------------------- features
 def test_offsets_are_bones_in_centimetres_below_the_height_of_the_hips():
-    found = features.offsets(body(thigh=0.45, shin=0.42))
-    np.testing.assert_allclose(found[0], [0, 97, 0], atol=1e-4)
-    np.testing.assert_allclose(found[BODY22.index("left_leg")], [0, -45, 0], atol=1e-4)
+    offsets = features.offsets(body(thigh=0.45, shin=0.42))
+    np.testing.assert_allclose(offsets[0], [0, 97, 0], atol=1e-4)
+    np.testing.assert_allclose(offsets[BODY22.index("left_leg")], [0, -45, 0], atol=1e-4)
     missing = Body22(SHORT).lacks
     assert missing.sum() == 6
     assert not features.offsets(SHORT)[missing].any()
-
-
-@pytest.mark.parametrize("degrees", [0.0, 50.0, 170.0, -120.0])
-def test_where_a_body_faces_is_not_seen(degrees):
-    character = BODIES["one"]
-    plain = dance(character)
-    whole = about("Y", np.array([degrees]))[0]
-    turned = plain.rotations.copy()
-    turned[:, 0] = rotation.multiply(whole, turned[:, 0])
-    other = character.motion(turned, rotation.rotate(whole, plain.root), 30.0)
-    assert rotation.angle(*(features.rotations(each, 5.0) for each in (plain, other))).max() < 1e-3
-    far = features.direction(other, 5.0) / features.direction(plain, 5.0)
-    np.testing.assert_allclose(far, np.exp(1j * np.radians(degrees)), atol=1e-9)
 
 
 def test_the_direction_is_scipys_average():
@@ -78,8 +66,8 @@ def test_seen_positions_are_where_seen_rotations_lead():
     hips = motion.positions[:, motion.character.joint_of["hips"]]
     places = motion.positions[:, list(Body22(motion.character).joints)] - hips[:, None]
     level = (places[..., 2] + 1j * places[..., 0]) * facing.conj()
-    wanted = np.stack([level.imag, places[..., 1] + motion.character.measures.hip_height, level.real], -1)
-    np.testing.assert_allclose(seen["positions"], 100 * wanted, atol=2e-4)
+    expected = np.stack([level.imag, places[..., 1] + motion.character.measures.hip_height, level.real], -1)
+    np.testing.assert_allclose(seen["positions"], 100 * expected, atol=2e-4)
     assert seen["rotations"][..., 0].min() >= 0
 
 
@@ -90,8 +78,8 @@ def test_sizes_of_a_body():
     assert features.size(character, "chain") == pytest.approx(trunk + 0.45 + 0.42 + np.hypot(0.1, 0.15))
     rows = 0.01 * features.offsets(character)
     pairs = [(1, 0), (2, 1), (3, 2), (4, 3), (5, 4), (7, 6), (8, 7), (9, 8)]
-    wanted = sum(np.linalg.norm(rows[a] - rows[b]) for a, b in pairs)
-    assert features.size(character, "published") == pytest.approx(wanted)
+    expected = sum(np.linalg.norm(rows[a] - rows[b]) for a, b in pairs)
+    assert features.size(character, "published") == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("kind", ["hip_height", "chain", "published"])
@@ -117,8 +105,8 @@ def test_an_encoder_is_attention_as_written_down():
     tokens = encoder.enter(joints)
     queries, keys, values = (each.view(3, 22, 2, 32) for each in encoder.qkv(tokens).split(64, -1))
     scores = torch.einsum("bihd,bjhd->bhij", queries, keys) / 8.0
-    found = torch.einsum("bhij,bjhd->bihd", scores.softmax(-1), values).reshape(3, 22, 64)
-    code = encoder.out(found)
+    attended = torch.einsum("bhij,bjhd->bihd", scores.softmax(-1), values).reshape(3, 22, 64)
+    code = encoder.out(attended)
     fed = encoder.feed[1](encoder.feed[0](encoder.norm(code)).relu())
     torch.testing.assert_close(encoder(joints), code + fed, atol=1e-5, rtol=1e-5)
 
@@ -138,45 +126,23 @@ def test_changes_are_as_written_down():
     order = torch.from_numpy(np.where(channel % 2, np.cos(angle), np.sin(angle))).float()
     raw = network.change(network.join(joined * 512**0.5 + order).relu())
     found = raw * deviation.view(22, 4) + mean.view(22, 4)
-    wanted = found / found.norm(dim=-1, keepdim=True)
-    torch.testing.assert_close(network(rotations, *codes), wanted, atol=1e-5, rtol=1e-5)
+    expected = found / found.norm(dim=-1, keepdim=True)
+    torch.testing.assert_close(network(rotations, *codes), expected, atol=1e-5, rtol=1e-5)
     assert (network.change(network.join(joined * 512**0.5).relu()) - raw).abs().max() > 1e-2
-
-
-def test_frames_do_not_see_one_another(module):
-    network, seen = module.network.eval(), r2et_material.batch(module)
-    codes = [network.bones(seen[key]["offsets"]).unsqueeze(1) for key in ("source", "target")]
-    whole = network(seen["rotations"], *codes)
-    one = network(seen["rotations"][:, 7:8], *codes)
-    module.network.train()
-    torch.testing.assert_close(whole[:, 7:8], one, atol=1e-5, rtol=0)
-    torch.testing.assert_close(whole.norm(dim=-1), torch.ones(whole.shape[:-1]))
 
 
 def test_the_discriminator_ignores_padding():
     torch.manual_seed(2)
     network = TrajectoryDiscriminator()
     paths, lengths = torch.randn(4, 60, 3), torch.tensor([60, 31, 8, 1])
-    wanted = network(paths, lengths)
+    expected = network(paths, lengths)
     other = paths.clone()
     for row, length in enumerate(lengths.tolist()):
         other[row, length:] = torch.nan
-    torch.testing.assert_close(network(other, lengths), wanted)
+    torch.testing.assert_close(network(other, lengths), expected)
     longer = torch.cat([other, torch.full((4, 21, 3), torch.nan)], 1)
-    torch.testing.assert_close(network(longer, lengths)[1:], wanted[1:])
+    torch.testing.assert_close(network(longer, lengths)[1:], expected[1:])
     assert torch.isfinite(network(paths[:, :1], torch.ones(4, dtype=torch.long))).all()
-
-
-# --------------------------------------------------------------------------------------------- losses
-def test_the_semantics_matrix_does_not_know_sizes_but_proportions():
-    places = torch.randn(2, 5, 22, 3)
-    matrix = losses.semantics_matrix(places)
-    torch.testing.assert_close(matrix.sum(-1), torch.ones(2, 5, 22))
-    torch.testing.assert_close(losses.semantics_matrix(3.0 * places + 1.0), matrix, atol=1e-5, rtol=1e-4)
-    apart = (places[1, 2, 4] - places[1, 2]).norm(dim=-1)
-    torch.testing.assert_close(matrix[1, 2, 4], apart / apart.sum(), atol=1e-5, rtol=1e-4)
-    other = places * torch.tensor([1.0, 2.0, 1.0])
-    assert losses.semantics(other, places, torch.ones(2, 5, dtype=torch.bool)) > 1e-3
 
 
 def test_joints_in_one_place_have_gradients():
@@ -188,12 +154,12 @@ def test_joints_in_one_place_have_gradients():
 
 
 def test_a_loss_is_a_sum_over_a_frame_and_a_mean_over_real_frames():
-    found, wanted = torch.zeros(2, 3, 22, 3), torch.zeros(2, 3, 22, 3)
+    found, expected = torch.zeros(2, 3, 22, 3), torch.zeros(2, 3, 22, 3)
     found[0, 0, BODY22.index("left_leg"), 1] = 2.0
     found[0, 1, BODY22.index("head"), 2] = 3.0
     found[1, 2] = torch.nan
     real = torch.tensor([[True, True, False], [True, True, False]])
-    assert losses.positions(found, wanted, losses.joint_weights(), real) == (2 * 4.0 + 9.0) / 4
+    assert losses.positions(found, expected, losses.joint_weights(), real) == (2 * 4.0 + 9.0) / 4
     turned = torch.zeros(1, 1, 22, 4)
     turned[..., 0] = 1.0
     assert losses.rotations(turned, -turned, torch.ones(1, 1, dtype=torch.bool)) == 0
@@ -202,7 +168,7 @@ def test_a_loss_is_a_sum_over_a_frame_and_a_mean_over_real_frames():
 def test_every_term_is_its_formula(module):
     """In NumPy, from the answers; twists of all joints but the hips."""
     module.modules.eval()
-    seen, memory = r2et_material.batch(module, 8), {}
+    seen, memory = training_material.batch(module, 8), {}
     turned = rotation.normalise(np.random.default_rng(3).normal(size=seen["rotations"].shape))
     seen["rotations"] = torch.from_numpy(turned).float()
     terms = {name: float(term.detach()) for name, term in module.losses("network", seen, memory).items()}
@@ -228,69 +194,25 @@ def test_every_term_is_its_formula(module):
     def of_frames(values, which):
         return (values.reshape(*real.shape, -1).sum(-1) * which).sum() / which.sum()
 
-    wanted = {
+    expected = {
         "positions": of_frames(apart * weights[:, None], own),
         "rotations": of_frames((found - signed) ** 2, own),
         "twist": 10.0 * ((beyond**2).mean(-1) * real).sum() / real.sum(),
         "semantics": 100.0 * of_frames((matrix(places) - matrix(truth)) ** 2, real),
         "adversarial": 2.0 * float(np.log1p(np.exp(-memory["shown"][3].detach().numpy())).mean()),
     }
-    assert min(wanted.values()) > 1e-3
-    assert terms == pytest.approx(wanted, rel=1e-4)
-
-
-def run(module, seen):
-    memory = {}
-    torch.manual_seed(0)  # what the discriminator drops
-    return [
-        {name: float(term.detach()) for name, term in module.losses(phase.name, seen, memory).items()}
-        for phase in module.phases
-    ]
-
-
-def test_padding_changes_no_loss(module):
-    """Rows of the shorter clips are followed by what never counts."""
-    module.modules.eval()
-    seen = r2et_material.batch(module, 12)
-    behind = torch.arange(30) >= seen["lengths"].unsqueeze(1)
-    assert behind.any()
-    other = {key: each.clone() if hasattr(each, "clone") else each for key, each in seen.items()}
-    for key in ("positions", "path", "turn"):
-        other[key][behind] = 7.0
-    other["rotations"][behind] = torch.tensor([0.6, 0.8, 0.0, 0.0])
-    for one, two in zip(run(module, seen), run(module, other), strict=True):
-        assert one == pytest.approx(two, rel=1e-4)
-    module.modules.train()
-
-
-def test_its_own_body_and_no_change_cost_nothing(module):
-    """With changes that are the identity, only the adversarial term is left of rows of the same body."""
-    seen = r2et_material.batch(module)
-    seen["target"], seen["same"] = seen["source"], torch.ones_like(seen["same"])
-    still = torch.zeros(4).index_fill_(0, torch.tensor([0]), 1.0)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module.network, "forward", lambda q, *_: still.expand_as(q))
-        found = module.losses("network", seen, {})
-    left = {name for name, term in found.items() if float(term.detach()) > 1e-5}
-    assert left <= {"twist", "adversarial"}
-
-
-# ------------------------------------------------------------------------------------------- learning
-def test_the_discriminator_rests_while_nothing_fools_it(module):
-    assert set(run(module, r2et_material.batch(module))[1]) == {"real", "shown"}
-    module.rule.running.fill_(0.2)
-    assert run(module, r2et_material.batch(module))[1] == {}
-    module.rule.running.fill_(0.5)
+    assert min(expected.values()) > 1e-3
+    assert terms == pytest.approx(expected, rel=1e-4)
 
 
 def test_half_of_the_rows_go_to_their_own_body(module):
     """As published; of a row there is always one that does not."""
-    rows = [bool(each) for seed in range(40) for each in r2et_material.batch(module, 16, seed)["same"]]
+    rows = [bool(each) for seed in range(40) for each in training_material.batch(module, 16, seed)["same"]]
     assert 0.45 < np.mean(rows) < 0.55
 
 
 def test_a_batch_is_windows_and_bodies(module):
-    seen = r2et_material.batch(module, 40)
+    seen = training_material.batch(module, 40)
     for row in range(0, 40, 7):
         skeleton = replace(
             Body22(BODIES["one"]).skeleton, offsets=seen["source"]["offsets"][row].double().numpy()
@@ -309,8 +231,8 @@ def test_a_batch_is_windows_and_bodies(module):
 @pytest.mark.parametrize("chunk", [1, 7, 1000])
 def test_chunks_change_nothing(method, chunk):
     source, target = dance(BODIES["one"], 40), BODIES["legs"]
-    found = retargeted(method._network, source, target, 20.0, "hip_height", chunk)
-    assert apart(found, carried(method, source, target)) < 1e-6
+    answer = retargeted(method._network, source, target, 20.0, "hip_height", chunk)
+    assert apart(answer, carried(method, source, target)) < 1e-6
 
 
 def test_a_turned_source_gives_a_turned_answer(method):
@@ -330,16 +252,16 @@ def test_no_change_is_a_copy(method):
     with torch.no_grad():
         network.change.weight.zero_()
         network.change.bias.copy_(torch.tensor([1.0, 0.0, 0.0, 0.0]))
-    found = retargeted(network, source, target, 20.0, "hip_height")
-    assert rotation.angle(found.rotations, source.rotations).max() < 1e-5
-    np.testing.assert_allclose(found.root, 1.4 * source.root, atol=1e-9)
+    answer = retargeted(network, source, target, 20.0, "hip_height")
+    assert rotation.angle(answer.rotations, source.rotations).max() < 1e-5
+    np.testing.assert_allclose(answer.root, 1.4 * source.root, atol=1e-9)
 
 
 def test_head_toes_and_hands_turn_as_the_sources(method):
     source, target = dance(BODIES["one"], 20), BODIES["tall"]
-    found = carried(method, source, target)
+    answer = carried(method, source, target)
     joints = [BODIES["one"].joint_of[BODY22[leaf]] for leaf in features.LEAVES]
-    turned = rotation.angle(found.rotations, source.rotations)
+    turned = rotation.angle(answer.rotations, source.rotations)
     assert turned[:, joints].max() < 1e-6
     others = [joint for joint in range(22) if joint not in joints]
     assert turned[:, others].max(0).min() > 1e-3

@@ -96,9 +96,9 @@ def released(oracle, tmp_path_factory):
 
 
 # ------------------------------------------------------------------------------------ their own numbers
-def close(found, wanted) -> float:
+def close(answer, expected) -> float:
     """Largest difference, relative to the largest number."""
-    return float(np.abs(np.asarray(found) - wanted).max() / np.abs(wanted).max())
+    return float(np.abs(np.asarray(answer) - expected).max() / np.abs(expected).max())
 
 
 @torch.inference_mode()
@@ -171,8 +171,8 @@ def test_their_files_are_seen_and_answered_as_they_see_and_answer_them(released,
     apart = rotation.angle(changes.astype(float), oracle["output/delta_quaternions"].astype(float))
     assert np.degrees(apart).max() < 1e-3  # the height of the hips, told otherwise, changes that little
 
-    found = released.retarget(source, target.character, context=Context())
-    own = found.rotations[:120, list(features.body(target.character).joints)]
+    answer = released.retarget(source, target.character, context=Context())
+    own = answer.rotations[:120, list(features.body(target.character).joints)]
     written = np.degrees(rotation.angle(own, oracle["written/quaternions"].astype(float))).max(0)
     kept = [joint for joint in range(1, 22) if joint not in oracle["written/joint_left_alone"]]
     assert written[kept].max() < 1e-3  # they turn the hips by another heading, from the first frame alone

@@ -10,29 +10,30 @@ import numpy as np
 import pytest
 import smrm_material
 import torch
+import training_material
 
 from retarget_bench.methods.nkn import Nkn
 from retarget_bench.training.config import Precision, TrainingConfig
 from retarget_bench.training.phases import OptimiserPhase, optimiser_phases
 
 STEPS = 3
-Make = tuple[Callable[[], Any], Callable[..., Any]]
-"""A new learner, and a batch of it."""
-LEARNERS: dict[str, Make] = {
-    "smrm": (smrm_material.training_module, smrm_material.batch),
-    "nkn, TensorFlow's cell": (lambda: nkn_toys.training_module(Nkn(hidden=16)), nkn_toys.batch),
-    "nkn, torch's cell": (lambda: nkn_toys.training_module(Nkn(hidden=16, cell="torch")), nkn_toys.batch),
+LEARNERS: dict[str, Callable[[], Any]] = {
+    "smrm": smrm_material.training_module,
+    "nkn, TensorFlow's cell": lambda: nkn_toys.training_module(Nkn(hidden=16)),
+    "nkn, torch's cell": lambda: nkn_toys.training_module(Nkn(hidden=16, cell="torch")),
 }
 
 
-def trained(made: Make, precision: Precision) -> tuple[list[dict[str, float]], Any, list[OptimiserPhase]]:
+def trained(
+    learner: Callable[[], Any], precision: Precision
+) -> tuple[list[dict[str, float]], Any, list[OptimiserPhase]]:
     """What steps as the loop does them measure, the learner, and its optimisers."""
-    module = made[0]()
+    module = learner()
     config = TrainingConfig(steps=STEPS, batch=4, window=16, rate=1e-3, precision=precision)
     phases, found = optimiser_phases(module, config, torch.device("cpu")), []
     for step in range(STEPS):
         torch.manual_seed(step)
-        batch, memory, measured = made[1](module, 4, step), {}, {}
+        batch, memory, measured = training_material.batch(module, 4, step), {}, {}
         for phase in phases:
             measured |= phase(batch, memory, config.rate)
         found.append({name: float(value) for name, value in measured.items()})

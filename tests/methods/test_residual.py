@@ -103,8 +103,8 @@ def test_joints_above_the_hips_move_with_them():
     target = Character.of("dummy", Skeleton(names, parents, offsets))
     source = dance(body())
     alone = Lossy(flat=True).retarget(source, target, context=Context())
-    found = answered(Lossy(flat=True), source, target)
-    for each, other in ((alone, found), (found, alone)):
+    answer = answered(Lossy(flat=True), source, target)
+    for each, other in ((alone, answer), (answer, alone)):
         assert each.positions[:, 1] - each.positions[:, 0] == pytest.approx(
             other.positions[:, 1] - other.positions[:, 0], abs=1e-9
         )
@@ -114,14 +114,14 @@ def test_joints_above_the_hips_move_with_them():
 
 def test_what_the_method_changes_between_the_bodies_stays():
     source = dance(body())
-    found = answered(Lossy(30.0, 0.05), source, OTHER)
+    answer = answered(Lossy(30.0, 0.05), source, OTHER)
     copied = transfer.carry(source, OTHER, "hip_height")
     elbow = OTHER.joint_of["left_forearm"]
     turn = rotation.multiply(
-        rotation.conjugate(transfer.relative(copied)[:, elbow]), transfer.relative(found)[:, elbow]
+        rotation.conjugate(transfer.relative(copied)[:, elbow]), transfer.relative(answer)[:, elbow]
     )
     assert np.degrees(2 * np.arccos(np.abs(turn[:, 0]))) == pytest.approx(30.0)
-    assert transfer.hips(found) == pytest.approx(transfer.hips(copied) + np.array([0.0, 0.05, 0.0]))
+    assert transfer.hips(answer) == pytest.approx(transfer.hips(copied) + np.array([0.0, 0.05, 0.0]))
 
 
 # ------------------------------------------------------------------------------------------- over time
@@ -138,15 +138,15 @@ def test_the_weights_are_gaussian():
     """Turns about one axis, small enough for their quaternions to be linear."""
     source = dance(body(), 80)
     changes = 0.02 * np.random.default_rng(0).normal(size=80).cumsum()
-    found = answered(Lossy(changes), source, OTHER, ["residual[sigma=0.1]"])
+    answer = answered(Lossy(changes), source, OTHER, ["residual[sigma=0.1]"])
     elbow = OTHER.joint_of["left_forearm"]
     copied = transfer.carry(source, OTHER, "hip_height")
     turn = rotation.multiply(
-        rotation.conjugate(transfer.relative(copied)[:, elbow]), transfer.relative(found)[:, elbow]
+        rotation.conjugate(transfer.relative(copied)[:, elbow]), transfer.relative(answer)[:, elbow]
     )
     angles = np.degrees(2 * turn[:, 2] * np.sign(turn[:, 0]))
-    wanted = gaussian_filter1d(changes, 0.1 * source.fps, truncate=4.0)
-    assert angles[20:60] == pytest.approx(wanted[20:60], abs=1e-5)
+    expected = gaussian_filter1d(changes, 0.1 * source.fps, truncate=4.0)
+    assert angles[20:60] == pytest.approx(expected[20:60], abs=1e-5)
 
 
 def test_nothing_is_averaged_over_a_cut_of_the_source():
@@ -171,14 +171,14 @@ def test_nothing_is_averaged_over_a_cut_of_the_source():
 # ------------------------------------------------------------------------------------------ what it takes
 def test_a_joint_that_the_source_lacks_moves_with_the_one_that_it_hangs_from():
     source = dance(without(body(), "LeftToeBase"))
-    found = answered(Lossy(flat=True), source, SMALL)
+    answer = answered(Lossy(flat=True), source, SMALL)
     foot, toe = SMALL.joints(["left_foot", "left_toe"])
     ratios = root_rules.ratios("hip_height", source.character, SMALL)
     own = Lossy(flat=True).retarget(source, source.character, context=Context())
     alone = Lossy(flat=True).retarget(source, SMALL, context=Context())
     lost = ratios * (source.positions - own.positions)[:, source.character.joint_of["left_foot"]]
-    assert found.positions[:, foot] - alone.positions[:, foot] == pytest.approx(lost, abs=1e-3)
-    moved = found.positions - alone.positions
+    assert answer.positions[:, foot] - alone.positions[:, foot] == pytest.approx(lost, abs=1e-3)
+    moved = answer.positions - alone.positions
     assert moved[:, toe] == pytest.approx(moved[:, foot], abs=1e-12)
 
 
@@ -204,16 +204,16 @@ def test_sigma_is_in_seconds(sigma):
 def test_a_reconstruction_without_rotations_is_said_to_be_that():
     class Half(Lossy):
         def retarget(self, source, target, *, context):
-            found = super().retarget(source, target, context=context)
-            return found if target is OTHER else target.positions(found.positions, found.fps)
+            answer = super().retarget(source, target, context=context)
+            return answer if target is OTHER else target.positions(answer.positions, answer.fps)
 
     with pytest.raises(NotSupported, match="on the source's own body, too"):
         answered(Half(), dance(body()), OTHER)
 
 
 def test_what_a_method_sees_of_the_target_says_nothing_of_the_source():
-    made = registry.create("methods", "copy_rotations[root_rule=reference]+residual")
-    assert "sees reference of the target" in made.supports(body(), OTHER)
+    method = registry.create("methods", "copy_rotations[root_rule=reference]+residual")
+    assert "sees reference of the target" in method.supports(body(), OTHER)
     assert registry.create("methods", "copy_rotations+residual").supports(body(), OTHER) is None
 
 
@@ -238,10 +238,10 @@ def test_what_a_post_processor_does_to_its_reconstruction_is_its_own_affair():
             return prediction
 
     source = dance(body())
-    found = Composed(Lossy(), [Spoils(), registry.create("posts", "residual")]).retarget(
+    answer = Composed(Lossy(), [Spoils(), registry.create("posts", "residual")]).retarget(
         source, SMALL, context=Context()
     )
-    assert far(found, transfer.carry(source, SMALL, "hip_height")) < 1e-6
+    assert far(answer, transfer.carry(source, SMALL, "hip_height")) < 1e-6
 
 
 def test_a_pair_of_which_the_method_does_not_know_the_source_as_a_target_is_unsupported():
@@ -249,8 +249,8 @@ def test_a_pair_of_which_the_method_does_not_know_the_source_as_a_target_is_unsu
         def supports(self, source, target):
             return None if target.name == "other" else f"{target.name} is no target of this"
 
-    made = Composed(Picky(), [registry.create("posts", "residual")])
-    assert made.supports(body(), OTHER) == "puppet is no target of this"
+    method = Composed(Picky(), [registry.create("posts", "residual")])
+    assert method.supports(body(), OTHER) == "puppet is no target of this"
     assert Composed(Picky(), []).supports(body(), OTHER) is None
 
 
@@ -261,7 +261,7 @@ def test_pan_reconstructs_a_source_by_the_networks_that_answer_for_the_target():
     one, other = pan_material.BODIES["one"], pan_material.BODIES["legs"]
     method = pan_material.trained()
     assert method.assigned(one)[0] != method.assigned(other)[0]
-    source = pan_material.dances("one", (24,))[0]
+    source = dance(pan_material.BODIES["one"], 24)
     (mine,) = method.reconstruct_batch([source], [one], contexts=[Context()])
     (theirs,) = method.reconstruct_batch([source], [other], contexts=[Context()])
     assert far(mine, method.retarget(source, one, context=Context())) == 0.0
@@ -282,7 +282,7 @@ def test_batches_are_what_single_answers_are():
     method = pan_material.trained()
     made = Composed(method, [registry.create("posts", "residual")])
     cases = [
-        (pan_material.dances(name, (frames,))[0], pan_material.BODIES[target])
+        (dance(pan_material.BODIES[name], frames), pan_material.BODIES[target])
         for name, target, frames in (("one", "legs", 24), ("legs", "one", 20), ("one", "one", 24))
     ]
     sources, targets = zip(*cases, strict=True)

@@ -37,16 +37,16 @@ def test_features_are_the_authors(real_data, pair) -> None:
     )
     mine = body(source.character)
     nodes = same_material.order(list(mine.skeleton.names), arrays[f"{pair}/source/names"].tolist())
-    found = see(mine, source)[1:41, nodes]
+    features = see(mine, source)[1:41, nodes]
     scale = [
         np.concatenate([arrays[f"stats/{part}_{kind}"] for part in ("q", "p", "r", "pv", "qv", "pprev")])
         for kind in "ms"
     ]
-    wanted = arrays[f"{pair}/source/features"][..., 6:].copy()
-    wanted[..., :25] = wanted[..., :25] * scale[1] + scale[0]
+    expected = arrays[f"{pair}/source/features"][..., 6:].copy()
+    expected[..., :25] = expected[..., :25] * scale[1] + scale[0]
     for columns in (slice(0, 9), VELOCITY, CHANGE, BEFORE, CONTACT):
-        np.testing.assert_allclose(found[..., columns], wanted[..., columns], atol=2e-4)
-    np.testing.assert_allclose(found[:, 0, ROOT], wanted[:, 0, ROOT], atol=1e-4)
+        np.testing.assert_allclose(features[..., columns], expected[..., columns], atol=2e-4)
+    np.testing.assert_allclose(features[:, 0, ROOT], expected[:, 0, ROOT], atol=1e-4)
     for side, character in (("source", source.character), ("target", target.character)):
         mine = body(character)
         nodes = same_material.order(list(mine.skeleton.names), arrays[f"{pair}/{side}/names"].tolist())
@@ -59,28 +59,28 @@ def test_features_are_the_authors(real_data, pair) -> None:
 # -------------------------------------------------------------------------------------------- properties
 def test_where_it_is_and_faces_changes_nothing(motion) -> None:
     mine = body(motion.character)
-    found, other = see(mine, motion), see(mine, moved(motion, 2.1, (3.0, 0.0, -5.0)))
-    np.testing.assert_allclose(found, other, atol=1e-3)
+    features, other = see(mine, motion), see(mine, moved(motion, 2.1, (3.0, 0.0, -5.0)))
+    np.testing.assert_allclose(features, other, atol=1e-3)
     higher = see(mine, moved(motion, 0.0, (0.0, 0.5, 0.0)))
-    np.testing.assert_allclose(higher[:, 0, ROOT.stop - 1] - found[:, 0, ROOT.stop - 1], 50.0, atol=1e-3)
+    np.testing.assert_allclose(higher[:, 0, ROOT.stop - 1] - features[:, 0, ROOT.stop - 1], 50.0, atol=1e-3)
 
 
 def test_the_first_frame_moves_as_the_second_does(motion) -> None:
-    found = see(body(motion.character), motion)
+    features = see(body(motion.character), motion)
     for columns in (VELOCITY, CHANGE):
-        np.testing.assert_array_equal(found[0, :, columns], found[1, :, columns])
-    np.testing.assert_array_equal(found[0, 0, 9:12], found[1, 0, 9:12])
+        np.testing.assert_array_equal(features[0, :, columns], features[1, :, columns])
+    np.testing.assert_array_equal(features[0, 0, 9:12], features[1, 0, 9:12])
     np.testing.assert_allclose(
-        found[..., POSITION] - found[..., VELOCITY] / 30.0, found[..., BEFORE], atol=1e-4
+        features[..., POSITION] - features[..., VELOCITY] / 30.0, features[..., BEFORE], atol=1e-4
     )
 
 
 def test_one_frame_stands_still(motion) -> None:
-    found = see(body(motion.character), motion.at(slice(1)))
-    assert not found[..., VELOCITY].any()
-    assert not found[0, 0, 9:12].any()
+    features = see(body(motion.character), motion.at(slice(1)))
+    assert not features[..., VELOCITY].any()
+    assert not features[0, 0, 9:12].any()
     np.testing.assert_array_equal(
-        found[..., CHANGE], np.broadcast_to([1, 0, 0, 0, 1, 0], found[..., CHANGE].shape)
+        features[..., CHANGE], np.broadcast_to([1, 0, 0, 0, 1, 0], features[..., CHANGE].shape)
     )
 
 
@@ -111,10 +111,10 @@ def test_low_and_slow_nodes_are_in_contact() -> None:
     rotations, hips = mine.aligned.see(motion)
     places = kinematics.forward(mine.aligned.skeleton, rotations, hips)[0]
     speed = np.linalg.norm(np.diff(places, axis=0), axis=-1) * 30
-    wanted = (places[1:, :, 1] < 0.05) & (speed < 0.4)
-    found = see(mine, motion)[1:, : len(mine.aligned.joints), CONTACT.start]
-    assert 0.01 < wanted.mean() < 0.5
-    np.testing.assert_array_equal(found.astype(bool), wanted)
+    expected = (places[1:, :, 1] < 0.05) & (speed < 0.4)
+    features = see(mine, motion)[1:, : len(mine.aligned.joints), CONTACT.start]
+    assert 0.01 < expected.mean() < 0.5
+    np.testing.assert_array_equal(features.astype(bool), expected)
 
 
 # ------------------------------------------------------------------------------------------------ bodies

@@ -58,8 +58,8 @@ def pooling(groups: tuple[tuple[int, ...], ...], width: int, *, mean: bool) -> t
 )
 def test_poolings_are_their_matrices(found, name, level, width, mean):
     made = pooling(getattr(levels_of(found), level), width, mean=mean)
-    wanted = found[f"pool_weight/{name}"]
-    torch.testing.assert_close(made if mean else made.T, wanted, rtol=0, atol=0)
+    expected = found[f"pool_weight/{name}"]
+    torch.testing.assert_close(made if mean else made.T, expected, rtol=0, atol=0)
 
 
 def test_tables_of_both_networks_are_theirs(found):

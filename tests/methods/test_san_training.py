@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 import san_material
 import torch
+import training_material
 from san_material import BODIES, LEGS
 
 from retarget_bench.errors import BenchError, NotSupported
@@ -27,24 +28,23 @@ def steps(module, count, batch=None, rate=1e-3):
         torch.manual_seed(step)
         memory: dict = {}
         for phase in every:
-            phase(
-                batch or san_material.batch(module, seed=step), memory, config.rate_at(step, step / count)
-            )
+            drawn = batch or training_material.batch(module, seed=step)
+            phase(drawn, memory, config.rate_at(step, step / count))
     return module
 
 
 def test_a_weight_of_zero_leaves_a_term_out():
     module = san_material.training_module(adversarial=0.0, cycle=0.0, ends=0.0, positions=0.0)
-    found = terms(module, san_material.batch(module))
-    assert set(found) == {"generator"}
-    assert set(found["generator"]) == {"edges", "root"}
+    losses = terms(module, training_material.batch(module))
+    assert set(losses) == {"generator"}
+    assert set(losses["generator"]) == {"edges", "root"}
 
 
 def test_structures_of_other_chains_learn_together():
     """People and dogs: a tail, which people do not have, comes out of nothing."""
     module = san_material.training_module(LEGS, structures="all")
-    found = terms(module, san_material.batch(module))
-    assert all(each.isfinite() for phase in found.values() for each in phase.values())
+    losses = terms(module, training_material.batch(module))
+    assert all(each.isfinite() for phase in losses.values() for each in phase.values())
     dog = module._structures["dog_four_legged"]
     assert set(dog.layout.names) - set(module._structures["plain"].layout.names) == {"tail"}
 
@@ -70,9 +70,9 @@ def test_heights_learn_and_keep_their_mean():
     assert every.log().mean().item() == pytest.approx(0.0, abs=1e-6)
     assert (every[2] / every[0]).item() == pytest.approx(torch.tensor(0.4).exp().item())
     module = san_material.training_module(heights="learnt")
-    before = terms(module, san_material.batch(module))["generator"]["ends"].item()
+    before = terms(module, training_material.batch(module))["generator"]["ends"].item()
     assert before == pytest.approx(
-        terms(san_material.training_module(), san_material.batch(module))["generator"]["ends"].item()
+        terms(san_material.training_module(), training_material.batch(module))["generator"]["ends"].item()
     )
     steps(module, 5)
     assert bool((module.modules["heights"].growth != 0).any())
@@ -89,7 +89,8 @@ def test_windows_too_short_for_a_patch_are_refused():
 
 def test_odd_joints_are_refused():
     odd = san_material.pan_material.without(BODIES["one"], "LeftHand", structure="plain")
-    data = san_material.pan_material.training_data(San(), ("one", "tall"))
+    cast = {name: BODIES[name] for name in ("one", "tall")}
+    data = training_material.training_data(San(), cast, (30, 40))
     data.characters["tall"] = odd
     with pytest.raises(NotSupported, match="give one of them another structure"):
         San().training_module(data, TrainingConfig(1, 4, 32, 1e-3))

@@ -86,7 +86,7 @@ def test_rows_are_points_where_their_bodies_have_them():
 def test_the_loss_is_the_mean_distance_unsquared():
     module = skr_material.skin_training()
     batch = to_device(module.draw(np.random.default_rng(0), 3), CPU)
-    found = module.losses("network", batch, {})["points"].item()
+    loss = module.losses("network", batch, {})["points"].item()
     apart = []
     for row in range(3):
         points, joints = batch["points"][row].numpy(), batch["joints"][row].numpy()
@@ -97,7 +97,7 @@ def test_the_loss_is_the_mean_distance_unsquared():
         there = np.einsum("pj,fpja->fpa", shares, each)
         unit = np.sqrt(((joints - joints.mean(0)) ** 2).sum(-1).mean())
         apart.append(np.linalg.norm(there - batch["moved"][row].numpy(), axis=-1) / unit)
-    assert found == pytest.approx(np.mean(apart), rel=1e-4)
+    assert loss == pytest.approx(np.mean(apart), rel=1e-4)
 
 
 def test_poses_the_body_that_it_sees():
@@ -105,9 +105,9 @@ def test_poses_the_body_that_it_sees():
     body = motion.character
     method = skr_material.skin_training().method()
     assert method.supports(body, body) is None
-    found = method.retarget(motion, body, context=Context())
-    wanted = body.mesh.skinned(motion)
-    assert np.linalg.norm(found.vertices - wanted, axis=-1).mean() < 0.05
+    answer = method.retarget(motion, body, context=Context())
+    expected = body.mesh.skinned(motion)
+    assert np.linalg.norm(answer.vertices - expected, axis=-1).mean() < 0.05
     with pytest.raises(NotSupported, match="rotations"):
         method.retarget(body.positions(motion.positions, 30.0), body, context=Context())
     assert "another" in method.supports(body, skr_material.body("boris"))
@@ -118,5 +118,5 @@ def test_joints_are_those_that_skr_finds():
     method.__dict__["_regressor"] = skr_material.untrained()
     body = SkinnedBody.of(skr_material.body())
     vertices, faces = body.vertices[:, :3], body.faces
-    wanted = skr_material.untrained().resting(vertices, faces, 2)
-    np.testing.assert_array_equal(method._skeletons(body, 2), wanted)
+    expected = skr_material.untrained().resting(vertices, faces, 2)
+    np.testing.assert_array_equal(method._skeletons(body, 2), expected)

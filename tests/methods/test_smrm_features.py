@@ -23,7 +23,7 @@ FORMS = [
 
 
 def dance(name: str = "one", frames: int = 25):
-    return smrm_material.dances(name, (frames,))[0]
+    return method_bodies.dance(smrm_material.BODIES[name], frames)
 
 
 def turned_about(motion, degrees: float, shift: np.ndarray):
@@ -74,9 +74,9 @@ def test_positions_are_those_of_the_22_joints_from_where_it_faces(features):
     seen, joints = features.see(motion), list(reduce(motion.character, "body22").joints)
     unit = motion.character.measures.hip_height if features.normalisation == "body" else 1.0
     turn = facing.facing(motion.positions, motion.character) if features.yaw == "removed" else np.ones(25)
-    wanted = facing.seen(motion.positions[:, joints] - motion.positions[:, :1], turn[:, None]) / unit
-    assert wanted.shape == (25, JOINTS, 3)
-    np.testing.assert_allclose(seen["positions"], wanted, atol=1e-9)
+    expected = facing.seen(motion.positions[:, joints] - motion.positions[:, :1], turn[:, None]) / unit
+    assert expected.shape == (25, JOINTS, 3)
+    np.testing.assert_allclose(seen["positions"], expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("root", ["height", "displacement", "position"])
@@ -93,8 +93,8 @@ def test_where_one_stands_and_looks_is_not_seen(root):
 
 def test_a_larger_copy_looks_the_same_in_its_own_unit_alone():
     small, large = dance("one"), dance("tall")
-    wanted = large.character.measures.hip_height / small.character.measures.hip_height
-    for normalisation, ratio in (("body", 1.0), ("none", wanted)):
+    expected = large.character.measures.hip_height / small.character.measures.hip_height
+    for normalisation, ratio in (("body", 1.0), ("none", expected)):
         features = Features(normalisation, "height", "removed")
         np.testing.assert_allclose(
             features.see(large)["positions"], ratio * features.see(small)["positions"], atol=1e-9
@@ -120,8 +120,8 @@ def test_windows_of_a_clip_have_the_path_of_the_clip():
     window = {key: array[13:33] for key, array in seen.items()}
     moves = features.moves(window["hips"], window["before"], window["turn"])
     path = features.path(torch.from_numpy(moves), torch.from_numpy(window["turn"])).numpy()
-    wanted = window["hips"] - window["hips"][0] * [1.0, 0.0, 1.0]
-    np.testing.assert_allclose(path, wanted, atol=1e-9)
+    expected = window["hips"] - window["hips"][0] * [1.0, 0.0, 1.0]
+    np.testing.assert_allclose(path, expected, atol=1e-9)
 
 
 def test_says_why_a_body_is_none_that_it_knows():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import smrm_material
 import torch
-from method_bodies import apart, carried
+from method_bodies import apart, carried, dance
 
 from retarget_bench.methods.smrm.inference import retargeted
 from retarget_bench.motion import root_rules
@@ -34,7 +34,7 @@ def method(training_module):
 @pytest.mark.parametrize("root", ["height", "displacement", "position"])
 def test_chunks_of_any_size_give_what_the_whole_gives(chunk, root, path):
     module = smrm_material.training_module(root=root)
-    source = smrm_material.dances("one", (90,))[0]
+    source = dance(smrm_material.BODIES["one"], 90)
     whole, parts = (
         retargeted(module.generator.eval(), module.features, [source], [BODIES["legs"]], size, path)[0]
         for size in (90, chunk)
@@ -44,37 +44,37 @@ def test_chunks_of_any_size_give_what_the_whole_gives(chunk, root, path):
 
 def test_what_comes_later_changes_nothing_before(method):
     """Online: a frame depends on no later one."""
-    source = smrm_material.dances("one", (60,))[0]
-    whole, begun = (carried(method, source.at(slice(frames)), BODIES["tall"]) for frames in (60, 20))
-    assert apart(whole.at(slice(20)), begun) < 1e-6
+    source = dance(smrm_material.BODIES["one"], 60)
+    complete, begun = (carried(method, source.at(slice(frames)), BODIES["tall"]) for frames in (60, 20))
+    assert apart(complete.at(slice(20)), begun) < 1e-6
 
 
 @pytest.mark.parametrize("fps", [25.0, 29.0, 50.0, 59.94, 90.0, 240.0, 1000.0])
 def test_no_clip_stands_still_at_its_end(method, fps):
-    source = smrm_material.dances("one", (170,))[0]
+    source = dance(smrm_material.BODIES["one"], 170)
     found = carried(method, replace(source, fps=fps), BODIES["tall"]).positions
     assert (np.abs(np.diff(found[-40:], axis=0)).max(axis=(1, 2)) > 0).all()
 
 
 @pytest.mark.parametrize("fps", [29.97, 30000 / 1001, 30.03])
 def test_rounded_rates_are_thirty(method, fps):
-    source = smrm_material.dances("one", (170,))[0]
+    source = dance(smrm_material.BODIES["one"], 170)
     found, plain = (carried(method, replace(source, fps=rate), BODIES["tall"]) for rate in (fps, 30.0))
     assert found.fps == fps
     np.testing.assert_array_equal(found.positions, plain.positions)
 
 
 def test_begins_where_the_source_begins_for_a_body_of_that_size(method):
-    source, target = smrm_material.dances("one", (20,))[0], BODIES["tall"]
+    source, target = dance(smrm_material.BODIES["one"], 20), BODIES["tall"]
     level = root_rules.ratios("hip_height", source.character, target)
-    found = carried(method, source, target)
-    np.testing.assert_allclose(found.root[0, [0, 2]], level[0] * source.root[0, [0, 2]], atol=1e-9)
+    answer = carried(method, source, target)
+    np.testing.assert_allclose(answer.root[0, [0, 2]], level[0] * source.root[0, [0, 2]], atol=1e-9)
 
 
 def test_where_one_stands_and_looks_changes_nothing(method):
     from test_smrm_features import turned_about
 
-    source = smrm_material.dances("one", (30,))[0]
+    source = dance(smrm_material.BODIES["one"], 30)
     there = turned_about(source, 130.0, np.zeros(3))
     one, other = carried(method, source, BODIES["tall"]), carried(method, there, BODIES["tall"])
     assert apart(turned_about(one, 130.0, np.zeros(3)), other) < 1e-5
@@ -82,6 +82,6 @@ def test_where_one_stands_and_looks_changes_nothing(method):
 
 def test_training_goes_on_as_it_was(training_module):
     training_module.generator.train()
-    carried(training_module.method(), smrm_material.dances("one", (10,))[0], BODIES["tall"])
+    carried(training_module.method(), dance(smrm_material.BODIES["one"], 10), BODIES["tall"])
     assert training_module.generator.training
     assert training_module.generator.encoder.training

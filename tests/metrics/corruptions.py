@@ -106,11 +106,11 @@ def warp(motion: Positions, name: str, amount: float) -> Positions:
 def _other_side(body: Character) -> list[int]:
     """Per joint the one of the other side, by role, or by name where joints have none."""
     by_name = {name: joint for joint, name in enumerate(body.skeleton.names)}
-    found = []
+    others = []
     for joint, (role, name) in enumerate(zip(body.roles, body.skeleton.names, strict=True)):
         other = body.joint_of.get(_swapped(role)) if role else by_name.get(_swapped(name))
-        found.append(joint if other is None else other)
-    return found
+        others.append(joint if other is None else other)
+    return others
 
 
 def _swapped(word: str) -> str:
@@ -157,12 +157,12 @@ class Crowd:
 
     def sets(self, harm: Corruption | None = None, amount: float = 0.0) -> Draw:
         """The halves of the real motion and of the harmed one."""
-        found = {}
+        features = {}
         for clip, motion in self.motions.items():
             real, speed = self.real[clip]
             made = self.network.features(harm(motion, clip, amount))[0] if harm else real
-            found[clip] = CaseFeatures(made, real, speed)
-        return draw(found, self.infos, self.stretches)
+            features[clip] = CaseFeatures(made, real, speed)
+        return draw(features, self.infos, self.stretches)
 
     def notice(self, harm: Corruption | None = None, amount: float = 0.0) -> float:
         """FID of harmed motion; without a harm, the floor."""
@@ -265,9 +265,9 @@ class Study:
         return self._noticed[harm, amount]
 
     def _measured(self, harm: Corruption | None, amount: float) -> Noticed:
-        found = []
+        measured = []
         for half, (real, clips) in enumerate(self.real):
             made, other = self._features(1 - half, harm, amount)
             pair = Sample(real, clips), Sample(made, other)
-            found.append((frechet(real, made), Kid()(*pair), *Fits()(*pair)))
-        return Noticed(min(len(clips) for _, clips in self.real), *np.mean(found, axis=0).tolist())
+            measured.append((frechet(real, made), Kid()(*pair), *Fits()(*pair)))
+        return Noticed(min(len(clips) for _, clips in self.real), *np.mean(measured, axis=0).tolist())

@@ -77,9 +77,9 @@ def sides(frames: int = 12, seed: int = 0, balls: Balls = BALLS, fps: float = 30
 
 def skin(side: object, body: Character) -> np.ndarray:
     """``(frames, V, 3)`` the vertices of one side."""
-    found = vertices(side, body)
-    assert found is not None
-    return found
+    places = vertices(side, body)
+    assert places is not None
+    return places
 
 
 def as_surface(case: Sides, predicted: np.ndarray) -> Sides:

@@ -110,15 +110,15 @@ def test_a_body_without_a_hand_is_in_no_set(cases):
 
 # --------------------------------------------------------------------------------------------------- halves
 def stretches_of(lengths: dict[str, int], rule: Stretches):
-    found, infos = {}, {}
+    features, infos = {}, {}
     for clip, count in lengths.items():
         for target in ("b", "c"):
             case = f"toy/a>{target}/{clip}"
             infos[case] = CaseInfo(case, "retarget", "intra", "a", target, clip)
             numbers = np.arange(count, dtype=np.float32)[:, None]
-            found[case] = CaseFeatures(numbers, numbers, np.zeros(count, np.float32))
-    rows = draw._rows(found, infos)
-    return found, infos, draw.by_turns(rows, infos, rule)
+            features[case] = CaseFeatures(numbers, numbers, np.zeros(count, np.float32))
+    rows = draw._rows(features, infos)
+    return features, infos, draw.by_turns(rows, infos, rule)
 
 
 def test_no_two_windows_of_the_two_halves_share_a_frame():
@@ -141,8 +141,8 @@ def test_clips_begin_with_either_half_about_equally_often():
 
 
 def test_the_same_stretch_of_two_bodies_is_on_one_side():
-    found, infos, half_at = stretches_of({f"c{number}": 20 for number in range(12)}, Stretches(4, 15))
-    drawn = draw.draw(found, infos, Stretches(4, 15))
+    features, infos, half_at = stretches_of({f"c{number}": 20 for number in range(12)}, Stretches(4, 15))
+    drawn = draw.draw(features, infos, Stretches(4, 15))
     for half, sample in enumerate(drawn.real):
         for clip, (window,) in zip(sample.clips.tolist(), sample.features.tolist(), strict=True):
             assert half_at[clip, int(window)] == half
@@ -150,8 +150,8 @@ def test_the_same_stretch_of_two_bodies_is_on_one_side():
 
 
 def test_a_tenth_of_the_clips_is_left_out_of_both_halves_at_once():
-    found, infos, _ = stretches_of({f"c{number}": 20 for number in range(30)}, Stretches(4, 15))
-    groups = evaluate._groups(draw.draw(found, infos, Stretches(4, 15)))
+    features, infos, _ = stretches_of({f"c{number}": 20 for number in range(30)}, Stretches(4, 15))
+    groups = evaluate._groups(draw.draw(features, infos, Stretches(4, 15)))
     assert sorted(groups) == sorted({info.clip for info in infos.values()})
     assert sorted(list(groups.values()).count(group) for group in range(10)) == [3] * 10
 

@@ -71,19 +71,23 @@ def test_frechet_of_fewer_windows_than_dimensions_is_that_in_their_common_space(
     half = scipy.linalg.sqrtm(ca).real
     root = np.sqrt(np.clip(np.linalg.eigvalsh(half @ cb @ half), 0, None)).sum()
     apart = a.mean(axis=0) - b.mean(axis=0)
-    wanted = apart @ apart + np.trace(ca) + np.trace(cb) - 2 * root
-    assert frechet(a, b) == pytest.approx(wanted, rel=1e-4)
+    expected = apart @ apart + np.trace(ca) + np.trace(cb) - 2 * root
+    assert frechet(a, b) == pytest.approx(expected, rel=1e-4)
 
 
 def test_frechet_of_known_gaussians_is_the_closed_form():
-    """N(0, diag(s)) and N(mu, diag(t)): |mu|^2 + sum (sqrt s - sqrt t)^2; samples with exact moments."""
+    """PAN's eq. 21 of N(0, diag(s)) and N(mu, diag(t)): |mu|^2 + sum (sqrt s - sqrt t)^2.
+
+    Of samples with exact moments.
+    """
     random = np.random.default_rng(1)
     n, d = 300, 10
     white = random.normal(size=(n, d))
     white -= white.mean(axis=0)
     exact = white @ np.linalg.inv(np.linalg.cholesky(np.cov(white.T))).T
     s, t, mu = random.uniform(0.2, 3, d), random.uniform(0.2, 3, d), random.normal(size=d)
-    value = frechet(exact * np.sqrt(s), exact[::-1] * np.sqrt(t) + mu)
+    sides = (exact * np.sqrt(s), exact[::-1] * np.sqrt(t) + mu)
+    value = FidStructure().value("fid.structure", *(Sample(each, np.arange(n)) for each in sides))
     assert value == pytest.approx(mu @ mu + ((np.sqrt(s) - np.sqrt(t)) ** 2).sum(), rel=1e-9)
 
 
@@ -105,9 +109,9 @@ def test_frechet_does_not_care_for_order_sides_places_or_turns(seed, n, d):
 
 def parts_of(features: np.ndarray, clips: np.ndarray) -> list[tuple[Sample, Sample]]:
     """Every set without a tenth of its clips: as a part, and as a set of its own."""
-    found = Sample(features, clips)
+    sample = Sample(features, clips)
     kept = [np.flatnonzero(clips % 10 != group) for group in range(10)]
-    return [(found.part(rows), Sample(features[rows], clips[rows])) for rows in kept]
+    return [(sample.part(rows), Sample(features[rows], clips[rows])) for rows in kept]
 
 
 def test_below_four_windows_per_dimension_only_kid_is_given():
@@ -135,8 +139,8 @@ def test_a_part_of_a_set_is_worth_what_it_is_worth_alone(value, odd):
     for (real, alone), (made, made_alone) in zip(
         parts_of(a, clips), parts_of(b, clips + 1000 * (odd != "few")), strict=True
     ):
-        found = metric.value(value, real, made)
-        assert found == pytest.approx(FidStructure().value(value, alone, made_alone), rel=1e-8)
+        part = metric.value(value, real, made)
+        assert part == pytest.approx(FidStructure().value(value, alone, made_alone), rel=1e-8)
 
 
 def test_the_factor_of_most_of_a_set_is_that_of_its_covariance():
@@ -192,8 +196,8 @@ def test_kid_of_apart_distributions_is_the_squared_distance_of_their_kernel_mean
     for _ in range(300):
         a, b = random.choice([-1.0, 1.0], (30, 1)), random.choice([-2.0, 2.0], (30, 1))
         values.append(kid(a, b, np.arange(30), np.arange(30, 60)))
-    wanted = (1 + 3 * 1 * 1) + (1 + 3 * 4 * 4) - 2 * (1 + 3 * 1 * 4)
-    assert np.mean(values) == pytest.approx(wanted, abs=4 * np.std(values) / np.sqrt(len(values)))
+    expected = (1 + 3 * 1 * 1) + (1 + 3 * 4 * 4) - 2 * (1 + 3 * 1 * 4)
+    assert np.mean(values) == pytest.approx(expected, abs=4 * np.std(values) / np.sqrt(len(values)))
 
 
 def test_kid_of_one_clip_is_undefined():
@@ -231,14 +235,14 @@ def test_coverage_and_density_agree_with_the_naive_way(size):
 def test_coverage_of_real_motion_is_one_minus_a_power_of_two():
     """Naeem et al.: for the same distribution and large n, 1 - 2^-k; density 1."""
     random = np.random.default_rng(9)
-    found = [
+    fits = [
         fit(
             random.normal(size=(500, 6)), random.normal(size=(500, 6)), np.arange(500), np.arange(500, 1000)
         )
         for _ in range(10)
     ]
-    assert np.mean([each.coverage for each in found]) == pytest.approx(1 - 2**-5, abs=0.01)
-    assert np.mean([each.density for each in found]) == pytest.approx(1.0, abs=0.05)
+    assert np.mean([each.coverage for each in fits]) == pytest.approx(1 - 2**-5, abs=0.01)
+    assert np.mean([each.density for each in fits]) == pytest.approx(1.0, abs=0.05)
 
 
 def test_few_modes_lower_coverage_and_far_points_density():

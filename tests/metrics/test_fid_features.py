@@ -32,8 +32,8 @@ def puppets():
 
 def motion(frames: int = 100, seed: int = 0, fps: float = 30.0) -> Positions:
     """A body that wanders about, smoothly."""
-    given = sides(frames, seed).predicted
-    return Positions(given.character, given.positions, fps)
+    predicted = sides(frames, seed).predicted
+    return Positions(predicted.character, predicted.positions, fps)
 
 
 def moved(motion: Positions, angle: float, shift: tuple[float, float, float]) -> Positions:
@@ -46,26 +46,26 @@ def moved(motion: Positions, angle: float, shift: tuple[float, float, float]) ->
 # --------------------------------------------------------------------------------------------- what is seen
 @pytest.mark.parametrize(("angle", "shift"), [(0.7, (3, 0, -8)), (np.pi, (0, 0, 0)), (-2.5, (100, 0, 1))])
 def test_place_and_heading_are_not_seen(angle, shift):
-    given = motion()
-    seen = windows.channels(given)
-    np.testing.assert_allclose(windows.channels(moved(given, angle, shift)), seen, atol=1e-8)
+    clip = motion()
+    seen = windows.channels(clip)
+    np.testing.assert_allclose(windows.channels(moved(clip, angle, shift)), seen, atol=1e-8)
 
 
 def test_the_height_over_the_floor_is_seen_and_the_floor_may_lie_anywhere():
-    given = motion()
-    lifted = windows.channels(moved(given, 0.0, (0, 0.5, 0)))
-    lowered = windows.channels(moved(given, 0.0, (0, 0.5, 0)), floor=0.5)
-    np.testing.assert_allclose(lowered, windows.channels(given), atol=1e-9)
-    assert np.abs(lifted - windows.channels(given)).max() > 0.1
+    clip = motion()
+    lifted = windows.channels(moved(clip, 0.0, (0, 0.5, 0)))
+    lowered = windows.channels(moved(clip, 0.0, (0, 0.5, 0)), floor=0.5)
+    np.testing.assert_allclose(lowered, windows.channels(clip), atol=1e-9)
+    assert np.abs(lifted - windows.channels(clip)).max() > 0.1
 
 
 def test_the_size_of_a_body_is_not_seen():
-    given = motion()
-    own = given.character
+    clip = motion()
+    own = clip.character
     skeleton = Skeleton(own.skeleton.names, own.skeleton.parents, 2.0 * own.skeleton.offsets)
     twice = Character.of("Double", skeleton, roles=own.roles)
-    grown = Positions(twice, given.positions * 2.0, 30.0)
-    np.testing.assert_allclose(windows.channels(grown), windows.channels(given), atol=1e-9)
+    grown = Positions(twice, clip.positions * 2.0, 30.0)
+    np.testing.assert_allclose(windows.channels(grown), windows.channels(clip), atol=1e-9)
 
 
 def straight(speed: float, turning: float = 0.0, frames: int = 90) -> Positions:
@@ -86,9 +86,9 @@ def straight(speed: float, turning: float = 0.0, frames: int = 90) -> Positions:
 
 def test_the_root_channels_are_speed_ahead_and_yaw_rate():
     """Away from the ends, where smoothing the facing repeats the last frame."""
-    given = straight(1.2, turning=0.5)
-    left, ahead, yaw = windows.channels(given)[35:55, -3:].T
-    np.testing.assert_allclose(ahead * given.character.height, 1.2, rtol=0.01)
+    clip = straight(1.2, turning=0.5)
+    left, ahead, yaw = windows.channels(clip)[35:55, -3:].T
+    np.testing.assert_allclose(ahead * clip.character.height, 1.2, rtol=0.01)
     np.testing.assert_allclose(left, 0.0, atol=0.02)
     np.testing.assert_allclose(yaw, 0.5, rtol=1e-6)
 
@@ -150,9 +150,9 @@ def test_numpy_encodes_as_torch_does():
         deep = signal.transpose(1, 2)
         for layer in model.down:
             deep = torch.tanh(layer(deep))
-        wanted = (deep.mean(dim=2).numpy() - made.tensors["feature_mean"]) * made.tensors["feature_scale"]
+        expected = (deep.mean(dim=2).numpy() - made.tensors["feature_mean"]) * made.tensors["feature_scale"]
     assert deep.shape == (9, 256, 8)
-    np.testing.assert_allclose(made.encode(cut), wanted, atol=2e-5)
+    np.testing.assert_allclose(made.encode(cut), expected, atol=2e-5)
 
 
 def test_neither_batches_nor_order_matter():
@@ -244,11 +244,11 @@ def test_a_structure_that_is_held_out_borrows_motion_at_the_same_places(puppets)
         own = next(c for c in puppets.characters().values() if c.structure == source.structure)
         assert len(set(source.joints)) == len(source.joints) == len(structure_joints(own))
         for joint, role in zip(source.joints, source.roles, strict=True):
-            theirs = lender.roles[joint]
+            role_of_lender = lender.roles[joint]
             if role and role.startswith(("left", "right")):
-                assert theirs == role
+                assert role_of_lender == role
             else:
-                assert theirs is None or not theirs.startswith(("left", "right"))
+                assert role_of_lender is None or not role_of_lender.startswith(("left", "right"))
 
 
 def test_without_training_motion_there_is_no_network(puppets):
@@ -265,15 +265,15 @@ def test_without_training_motion_there_is_no_network(puppets):
 
 
 def test_the_command_writes_a_network_and_its_card(tmp_path):
-    done = CliRunner().invoke(
+    result = CliRunner().invoke(
         command,
         ["fid[structure=dog21]", "-d", str(TINY), "--budget", "2it", "-o", str(tmp_path), "-j", "1"],
     )
-    assert done.exit_code == 0, done.output
-    assert done.stdout.startswith("dog21: ")
-    assert "3 of 3 bodies" in done.stderr
+    assert result.exit_code == 0, result.output
+    assert result.stdout.startswith("dog21: ")
+    assert "3 of 3 bodies" in result.stderr
     made = network.find(tmp_path, "dog21")
-    assert made.hash in done.output
+    assert made.hash in result.output
     assert made.card["dataset"] == str(TINY)
     assert made.card["characters"]
 

@@ -41,8 +41,8 @@ def test_harm_raises_fid_and_kid_the_more_the_worse_it_is(study, name):
     harm, amounts = HARMS[name]
     if name in SHARES:
         amounts = tuple(amount for amount in amounts if amount >= 0.25)
-    found = [study.notice(), *(study.notice(harm, amount) for amount in amounts)]
-    for values in ([each.fid for each in found], [each.kid for each in found]):
+    noticed = [study.notice(), *(study.notice(harm, amount) for amount in amounts)]
+    for values in ([each.fid for each in noticed], [each.kid for each in noticed]):
         assert all(less < more for less, more in pairwise(values)), values
 
 

@@ -86,11 +86,11 @@ def test_values_are_declared_indexed_as_declared_and_finite(frames: int, seed: i
     case = sides(frames, seed)
     for name in METRICS:
         declared = {value.id: value for value in metric(name).card.computed}
-        found = compute(name, case)
-        assert set(found) <= set(declared)
-        for id_, value in found.items():
+        values = compute(name, case)
+        assert set(values) <= set(declared)
+        for id_, value in values.items():
             assert isinstance(value, Mapping) == bool(declared[id_].index)
-        assert all(type(number) is float and math.isfinite(number) for number in numbers(found))
+        assert all(type(number) is float and math.isfinite(number) for number in numbers(values))
 
 
 def test_without_a_reference_only_what_needs_none() -> None:
@@ -110,10 +110,12 @@ def still(frames: int) -> Sides:
 
 @pytest.mark.parametrize("frames", [1, 30])
 def test_still_clips_have_no_ratios_and_no_infinities(frames: int) -> None:
-    found = everything(still(frames))
-    assert not {"jerk_ratio", "acceleration_ratio", "jerk_ratio_src", "acceleration_ratio_src"} & set(found)
-    assert all(math.isfinite(number) for number in numbers(found))
-    assert (found["mpjpe_h.world"], found.get("foot_slide", 0.0)) == (0.0, 0.0)
+    values = everything(still(frames))
+    assert not {"jerk_ratio", "acceleration_ratio", "jerk_ratio_src", "acceleration_ratio_src"} & set(
+        values
+    )
+    assert all(math.isfinite(number) for number in numbers(values))
+    assert (values["mpjpe_h.world"], values.get("foot_slide", 0.0)) == (0.0, 0.0)
 
 
 def test_bodies_without_any_role_are_compared_by_their_joints() -> None:
@@ -122,17 +124,17 @@ def test_bodies_without_any_role_are_compared_by_their_joints() -> None:
     body = character("Snake", rig=rig)
     rng = np.random.default_rng(0)
     places = [body.positions(rng.normal(size=(10, 3, 3)), 30.0) for _ in range(3)]
-    found = everything(Sides(*places))
-    assert set(found["mpjpe_h.joint"]) == {"a", "b", "c"}
+    values = everything(Sides(*places))
+    assert set(values["mpjpe_h.joint"]) == {"a", "b", "c"}
     anatomical = ("contact", "pan_recall", "pan_contact", "foot", "nkn", "floating", "ee_h")
-    assert not any(id_.startswith(anatomical) for id_ in found)
+    assert not any(id_.startswith(anatomical) for id_ in values)
 
 
 def test_score_takes_every_value_that_applies() -> None:
     case = sides(40, 3)
     comparison = case.comparison()
-    found = score([metric(name) for name in METRICS], comparison.case, case.predicted)
-    assert set(found.sound()) == set(everything(case))
+    scored = score([metric(name) for name in METRICS], comparison.case, case.predicted)
+    assert set(scored.sound()) == set(everything(case))
 
 
 def test_golden_rows_are_within_the_bounds_that_cards_declare() -> None:
@@ -157,11 +159,11 @@ def test_golden_rows_are_within_the_bounds_that_cards_declare() -> None:
 def test_bounds_follow_from_unit_and_direction_unless_declared() -> None:
     declared = declared_values(metric(name) for name in (*METRICS, *SET_METRICS))
     open_, shares = (0.0, math.inf), (0.0, 1.0)
-    wanted = {
+    expected = {
         **{"mpjpe_h.world": open_, "jerk_ratio": open_, "fid.structure": open_, "density": open_},
         **{"contact_f1.speed": shares, "coverage": shares, "kid": (-math.inf, math.inf)},
         **{"penetration.rate": (0.0, 100.0), "rotation.local": (0.0, 180.0)},
     }
-    assert {name: declared[name].bounds for name in wanted} == wanted
+    assert {name: declared[name].bounds for name in expected} == expected
     recall = declared["contact_recall.speed"]
     assert [recall.allows(each) for each in (0.0, 1.0 + 1e-9, 7.0, -0.5, math.nan)] == [1, 1, 0, 0, 0]

@@ -20,10 +20,10 @@ def still(side: Prediction, joint: int, frame: int, limit: float) -> bool:
     return float(np.linalg.norm(step)) * side.fps / 30 < limit
 
 
-def rates(wanted: list[bool], found: list[bool]) -> tuple[float, float, float]:
+def rates(expected: list[bool], predicted: list[bool]) -> tuple[float, float, float]:
     """Recall, precision and F1 by counting."""
-    both = sum(w and f for w, f in zip(wanted, found, strict=True))
-    return both / sum(wanted), both / sum(found), 2 * both / (sum(wanted) + sum(found))
+    both = sum(w and f for w, f in zip(expected, predicted, strict=True))
+    return both / sum(expected), both / sum(predicted), 2 * both / (sum(expected) + sum(predicted))
 
 
 def labels(side: Prediction, limit: float) -> list[bool]:
@@ -34,14 +34,14 @@ def labels(side: Prediction, limit: float) -> list[bool]:
 @pytest.mark.parametrize(("seed", "fps"), [(0, 30.0), (1, 60.0), (2, 24.0)])
 def test_primary_rule(seed: int, fps: float) -> None:
     case = sides(60, seed, fps=fps)
-    found = compute("contact_speed", case)
-    mine = labels(case.predicted, 0.003 * case.predicted.character.height)
+    values = compute("contact_speed", case)
+    predicted = labels(case.predicted, 0.003 * case.predicted.character.height)
     for suffix, side in (("", case.expected), ("_src", case.source)):
-        wanted = labels(side, 0.003 * side.character.height)
+        expected = labels(side, 0.003 * side.character.height)
         ids = ("contact_recall.speed", "contact_precision.speed", "contact_f1.speed")
-        for id_, value in zip(ids, rates(wanted, mine), strict=True):
+        for id_, value in zip(ids, rates(expected, predicted), strict=True):
             assert 0.05 < value < 0.95, "the random case must not be trivial"
-            assert found[f"{id_}{suffix}"] == pytest.approx(value, rel=1e-12)
+            assert values[f"{id_}{suffix}"] == pytest.approx(value, rel=1e-12)
 
 
 @pytest.mark.parametrize(("seed", "fps"), [(0, 30.0), (1, 60.0)])
@@ -69,13 +69,15 @@ def planted(case: Sides, seed: int) -> Contacts:
 def test_labels_of_the_data_set_win_over_the_reference() -> None:
     case = sides(40, 3)
     case.contacts = planted(case, 0)
-    wanted = [bool(x) for row in case.contacts.planted[1:] for x in row]
-    mine = labels(case.predicted, 0.003 * case.predicted.character.height)
-    found = compute("contact_speed", case)
-    assert found["contact_recall.speed"] == pytest.approx(rates(wanted, mine)[0])
-    assert found["contact_precision.speed"] == pytest.approx(rates(wanted, mine)[1])
+    expected = [bool(x) for row in case.contacts.planted[1:] for x in row]
+    predicted = labels(case.predicted, 0.003 * case.predicted.character.height)
+    values = compute("contact_speed", case)
+    assert values["contact_recall.speed"] == pytest.approx(rates(expected, predicted)[0])
+    assert values["contact_precision.speed"] == pytest.approx(rates(expected, predicted)[1])
     case.expected = None
-    assert compute("contact_speed", case)["contact_f1.speed"] == pytest.approx(rates(wanted, mine)[2])
+    assert compute("contact_speed", case)["contact_f1.speed"] == pytest.approx(
+        rates(expected, predicted)[2]
+    )
 
 
 def test_labels_come_in_any_order_and_for_missing_joints() -> None:
@@ -91,23 +93,27 @@ def test_labels_come_in_any_order_and_for_missing_joints() -> None:
 def test_a_frozen_body_has_full_recall_and_little_precision() -> None:
     case = sides(60, 4)
     frozen = case.predicted.character.positions(np.repeat(case.predicted.positions[:1], 60, axis=0), 30.0)
-    found = compute("contact_speed", replace(case, predicted=frozen))
-    assert found["contact_recall.speed"] == 1.0
-    assert found["contact_precision.speed"] < 0.7
+    values = compute("contact_speed", replace(case, predicted=frozen))
+    assert values["contact_recall.speed"] == 1.0
+    assert values["contact_precision.speed"] < 0.7
 
 
 def test_feet_that_never_stand_have_precision_zero_and_unlabelled_clips_no_value() -> None:
     case = sides(30, 5)
     running = case.predicted.positions + np.arange(30)[:, None, None] * [1.0, 0.0, 0.0]
     away = case.predicted.character.positions(running, 30.0)
-    found = compute("contact_speed", replace(case, predicted=away))
-    assert (found["contact_recall.speed"], found["contact_precision.speed"], found["contact_f1.speed"]) == (
+    values = compute("contact_speed", replace(case, predicted=away))
+    assert (
+        values["contact_recall.speed"],
+        values["contact_precision.speed"],
+        values["contact_f1.speed"],
+    ) == (
         0.0,
         0.0,
         0.0,
     )
-    found = compute("contact_speed", replace(case, expected=away))
-    assert not {"contact_recall.speed", "contact_precision.speed", "contact_f1.speed"} & set(found)
+    values = compute("contact_speed", replace(case, expected=away))
+    assert not {"contact_recall.speed", "contact_precision.speed", "contact_f1.speed"} & set(values)
     assert "foot_slide" not in compute("slide", replace(case, expected=away))
     assert compute("pan_contact", replace(case, expected=away)) == {}
 
@@ -115,7 +121,7 @@ def test_feet_that_never_stand_have_precision_zero_and_unlabelled_clips_no_value
 @pytest.mark.parametrize(("seed", "fps"), [(0, 30.0), (1, 60.0)])
 def test_foot_slide(seed: int, fps: float) -> None:
     case = sides(60, seed, fps=fps)
-    found = compute("slide", case)
+    values = compute("slide", case)
     joints = index(case.predicted.character, FEET)
     p, h = case.predicted.positions, case.predicted.character.height
     for suffix, side in (("", case.expected), ("_src", case.source)):
@@ -127,8 +133,8 @@ def test_foot_slide(seed: int, fps: float) -> None:
                 if before and still(side, theirs, t, limit):
                     x, _, z = p[t, mine] - p[t - 1, mine]
                     speeds.append(hypot(x, z) * fps)
-        assert found[f"foot_slide{suffix}"] == pytest.approx(np.mean(speeds) * 100 / 30, rel=1e-9)
-        assert found[f"foot_slide_h{suffix}"] == pytest.approx(np.mean(speeds) * 100 / h, rel=1e-9)
+        assert values[f"foot_slide{suffix}"] == pytest.approx(np.mean(speeds) * 100 / 30, rel=1e-9)
+        assert values[f"foot_slide_h{suffix}"] == pytest.approx(np.mean(speeds) * 100 / h, rel=1e-9)
 
 
 def test_slide_of_a_body_on_a_conveyor() -> None:
@@ -137,6 +143,6 @@ def test_slide_of_a_body_on_a_conveyor() -> None:
     standing = motion(body, 1, 0).positions.repeat(31, axis=0)
     carried = standing + np.arange(31)[:, None, None] * [0.003, 0.5, 0.004]
     bodies = [body.positions(places, 30.0) for places in (standing, carried, standing)]
-    found = compute("slide", Sides(*bodies))
-    assert found["foot_slide"] == pytest.approx(0.5)
-    assert found["foot_slide_h"] == pytest.approx(15.0 / body.height)
+    values = compute("slide", Sides(*bodies))
+    assert values["foot_slide"] == pytest.approx(0.5)
+    assert values["foot_slide_h"] == pytest.approx(15.0 / body.height)

@@ -38,21 +38,21 @@ def test_against_loops(ground: Ground) -> None:
     case = replace(sides(30, 1), ground=ground)
     case.contacts = Contacts(ROLES, np.random.default_rng(1).random((30, 4)) < 0.2)
     body = case.predicted.character
-    found = compute("ground", case)
+    values = compute("ground", case)
     joints = index(body, SCORED)
     depths = [max(0.0, -lowest(ground, pose, joints)) for pose in case.predicted.positions]
     assert 0 < sum(d > 0.01 for d in depths) < 30, "the random case must not be trivial"
-    assert found["penetration.rate"] == pytest.approx(100 * sum(d > 0.01 for d in depths) / 30)
-    assert found["penetration.mean"] == pytest.approx(100 * np.mean(depths), rel=1e-9)
-    assert found["penetration.max"] == pytest.approx(100 * max(depths), rel=1e-9)
+    assert values["penetration.rate"] == pytest.approx(100 * sum(d > 0.01 for d in depths) / 30)
+    assert values["penetration.mean"] == pytest.approx(100 * np.mean(depths), rel=1e-9)
+    assert values["penetration.max"] == pytest.approx(100 * max(depths), rel=1e-9)
     feet, gaps = index(body, FEET), []
     for t in range(30):
         if any(case.contacts.planted[t]):
             mine = lowest(ground, case.predicted.positions[t], feet)
             gaps.append(max(0.0, mine - lowest(ground, case.expected.positions[t], feet)))
     assert 0 < len(gaps) < 30
-    assert found["floating.rate"] == pytest.approx(100 * sum(g > 0.01 for g in gaps) / len(gaps))
-    assert found["floating.mean"] == pytest.approx(100 * np.mean(gaps), rel=1e-9)
+    assert values["floating.rate"] == pytest.approx(100 * sum(g > 0.01 for g in gaps) / len(gaps))
+    assert values["floating.mean"] == pytest.approx(100 * np.mean(gaps), rel=1e-9)
 
 
 def test_floating_needs_a_reference_and_a_standing_frame() -> None:
@@ -60,16 +60,6 @@ def test_floating_needs_a_reference_and_a_standing_frame() -> None:
     assert {id_.split(".")[0] for id_ in compute("ground", replace(case, expected=None))} == {"penetration"}
     case.contacts = Contacts(ROLES, np.zeros((10, 4), dtype=bool))
     assert {id_.split(".")[0] for id_ in compute("ground", case)} == {"penetration"}
-
-
-def test_a_body_lifted_by_five_centimetres() -> None:
-    case = sides(20, 3)
-    lifted = case.expected.character.motion(
-        case.expected.rotations, case.expected.root + np.array([0, 0.05, 0]), 30.0
-    )
-    found = compute("ground", replace(case, predicted=lifted))
-    assert found["floating.rate"] == 100.0
-    assert found["floating.mean"] == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize(("depth", "rate"), [(0.009, 0.0), (0.011, 100.0)])
@@ -87,3 +77,4 @@ def test_up_to_a_centimetre_is_no_fault(depth: float, rate: float) -> None:
     case.contacts = Contacts(ROLES, np.ones((10, 4), dtype=bool))
     lifted = compute("ground", replace(case, predicted=at[depth], expected=at[0.0]))
     assert lifted["floating.rate"] == rate
+    assert lifted["floating.mean"] == pytest.approx(100 * depth)

@@ -206,11 +206,11 @@ def test_positions_say_the_same_as_rotations(seed: int) -> None:
 @given(seed=seeds)
 def test_the_reference_itself_is_perfect(seed: int) -> None:
     case = sides(FRAMES, seed)
-    found = everything(replace(case, predicted=case.expected))
+    values = everything(replace(case, predicted=case.expected))
     perfect = ("growth", "position", "papers", "procrustes", "rotation")
     errors = {id_ for id_, family in FAMILY.items() if family in perfect}
-    assert_same(found, found, errors, 0.0)
-    assert found["star"] == 0.0
+    assert_same(values, values, errors, 0.0)
+    assert values["star"] == 0.0
     for id_ in (
         "contact_recall.speed",
         "contact_precision.speed",
@@ -218,5 +218,5 @@ def test_the_reference_itself_is_perfect(seed: int) -> None:
         "jerk_ratio",
         "acceleration_ratio",
     ):
-        assert found[id_] == pytest.approx(1.0)
-    assert (found["acc"], found["floating.rate"]) == (0.0, 0.0)
+        assert values[id_] == pytest.approx(1.0)
+    assert (values["acc"], values["floating.rate"]) == (0.0, 0.0)

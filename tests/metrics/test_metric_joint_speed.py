@@ -40,7 +40,7 @@ def turns(side: Prediction, joint: int) -> list[np.ndarray]:
 
 def by_hand(case: Sides) -> dict[str, float | dict[str, float]]:
     """All values by loops over the 22 joints, whose parents are the same on both bodies."""
-    found: dict[str, float | dict[str, float]] = {}
+    values: dict[str, float | dict[str, float]] = {}
     for id_, least in ((SPEED, SLOW), (ACCELERATION, SUDDEN)):
         by_joint, far, broken = {}, set(), False
         for name in BODY:
@@ -59,22 +59,22 @@ def by_hand(case: Sides) -> dict[str, float | dict[str, float]]:
             by_joint[name] = max(1.0, max(sizes[0]) / limit)
             far |= {t for t, size in enumerate(sizes[0]) if size > 1.5 * limit}
         worst = max(by_joint.values())
-        found[id_], found[f"{id_}.clips"] = worst, 100.0 if worst > 1.5 else 0.0
-        found[f"{id_}.reference"] = 100.0 * broken
-        found[f"{id_}.frames"], found[f"{id_}.joint"] = 100.0 * len(far) / len(sizes[0]), by_joint
-    return found
+        values[id_], values[f"{id_}.clips"] = worst, 100.0 if worst > 1.5 else 0.0
+        values[f"{id_}.reference"] = 100.0 * broken
+        values[f"{id_}.frames"], values[f"{id_}.joint"] = 100.0 * len(far) / len(sizes[0]), by_joint
+    return values
 
 
 @pytest.mark.parametrize(("seed", "fps"), [(0, 30.0), (1, 60.0), (2, 24.0)])
 def test_against_loops(seed: int, fps: float) -> None:
     case = sides(20, seed, fps=fps)
-    found, wanted = compute("joint_speed", case), by_hand(case)
-    assert found[SPEED] > 1.5, "the random case must not be trivial"
-    assert found[f"{SPEED}.reference"] == 100.0
-    assert 2 < len(found[f"{SPEED}.joint"]) < len(BODY) - 2, "the reference breaks some joints and not all"
-    assert found.keys() == wanted.keys()
-    for id_, number in wanted.items():
-        assert found[id_] == pytest.approx(number, rel=1e-9), id_
+    values, expected = compute("joint_speed", case), by_hand(case)
+    assert values[SPEED] > 1.5, "the random case must not be trivial"
+    assert values[f"{SPEED}.reference"] == 100.0
+    assert 2 < len(values[f"{SPEED}.joint"]) < len(BODY) - 2, "the reference breaks some joints and not all"
+    assert values.keys() == expected.keys()
+    for id_, number in expected.items():
+        assert values[id_] == pytest.approx(number, rel=1e-9), id_
 
 
 def knee(degrees: np.ndarray, fps: float = 30.0, body: Character | None = None) -> Motion:
@@ -101,14 +101,14 @@ def test_a_hinge_at_constant_speed(fps: float) -> None:
         (150.0, 0.0, 2.5),
         (60.0, 0.0, 1.0),
     ):
-        found = compute("joint_speed", knees(own * time, source * time, fps))
-        assert found[SPEED] == pytest.approx(excess)
-        assert found[f"{SPEED}.joint"]["LeftLeg"] == pytest.approx(excess)
-        assert found[f"{SPEED}.joint"]["RightLeg"] == 1.0
-        assert (found[f"{SPEED}.clips"], found[f"{SPEED}.frames"]) == (
+        values = compute("joint_speed", knees(own * time, source * time, fps))
+        assert values[SPEED] == pytest.approx(excess)
+        assert values[f"{SPEED}.joint"]["LeftLeg"] == pytest.approx(excess)
+        assert values[f"{SPEED}.joint"]["RightLeg"] == 1.0
+        assert (values[f"{SPEED}.clips"], values[f"{SPEED}.frames"]) == (
             (100.0,) * 2 if excess > 1.5 else (0, 0)
         )
-        assert found[ACCELERATION] == 1.0
+        assert values[ACCELERATION] == 1.0
 
 
 def test_a_snap_in_one_frame() -> None:
@@ -116,12 +116,12 @@ def test_a_snap_in_one_frame() -> None:
     source = 4.0 * np.arange(41)
     steps = np.full(40, 4.0)
     steps[20] = 76.0
-    found = compute("joint_speed", knees(np.concatenate([[0.0], np.cumsum(steps)]), source))
-    assert found[SPEED] == pytest.approx(76 / 4)
-    assert found[f"{SPEED}.frames"] == pytest.approx(100 / 40)
+    values = compute("joint_speed", knees(np.concatenate([[0.0], np.cumsum(steps)]), source))
+    assert values[SPEED] == pytest.approx(76 / 4)
+    assert values[f"{SPEED}.frames"] == pytest.approx(100 / 40)
     # into the snap and out of it, over 60 degrees per second within a thirtieth of a second
-    assert found[ACCELERATION] == pytest.approx((76 - 4) * 30**2 / SUDDEN)
-    assert found[f"{ACCELERATION}.frames"] == pytest.approx(100 * 2 / 39)
+    assert values[ACCELERATION] == pytest.approx((76 - 4) * 30**2 / SUDDEN)
+    assert values[f"{ACCELERATION}.frames"] == pytest.approx(100 * 2 / 39)
 
 
 def other_rest_pose(side: Motion, seed: int) -> Motion:
@@ -156,24 +156,6 @@ def test_rest_poses_signs_and_where_the_body_is_do_not_matter() -> None:
         assert after[id_] == pytest.approx(number, rel=1e-9), id_
 
 
-def test_the_rate_does_not_matter_for_fast_joints() -> None:
-    """Both played twice as fast; at half the speed of the floor, not."""
-    case = sides(20, 4)
-    fast = [
-        side.character.motion(side.rotations, side.root, 60.0) for side in (case.source, case.predicted)
-    ]
-    slow, quick = compute("joint_speed", case), compute("joint_speed", Sides(*fast, None))
-    for name in BODY:
-        source = max(
-            np.linalg.norm(v) for v in turns(case.source, index(case.source.character, (name,))[0])
-        )
-        if source > SLOW and name in slow[f"{SPEED}.joint"]:
-            assert quick[f"{SPEED}.joint"][name] == pytest.approx(slow[f"{SPEED}.joint"][name], rel=1e-9)
-    time = np.arange(10) / 30.0
-    assert compute("joint_speed", knees(60 * time, 30 * time))[SPEED] == pytest.approx(1.0)
-    assert compute("joint_speed", knees(240 * time, 120 * time))[SPEED] == pytest.approx(2.0)
-
-
 def test_positions_and_short_clips() -> None:
     case = sides(5, 5)
     for side in ("source", "predicted"):
@@ -201,9 +183,9 @@ def test_a_chain_of_another_number_of_joints_turns_as_a_whole() -> None:
     five, three = character("Five", rig=(*kept[:2], *longer, *kept[2:])), character("Three")
     assert (len(chain(five.roles, "spine")), len(chain(three.roles, "spine"))) == (5, 3)
     long, short = bow(five, SPINE, 10.0), bow(three, SPINE[:3], 10.0)
-    found = compute("joint_speed", Sides(long, short, None))
-    assert found[SPEED] == pytest.approx(1.0)
-    assert {"Spine", "Spine1"}.isdisjoint(found[f"{SPEED}.joint"])
+    values = compute("joint_speed", Sides(long, short, None))
+    assert values[SPEED] == pytest.approx(1.0)
+    assert {"Spine", "Spine1"}.isdisjoint(values[f"{SPEED}.joint"])
     twice = compute("joint_speed", Sides(short, bow(five, SPINE, 20.0), None))
     assert twice[SPEED] == twice[f"{SPEED}.joint"]["Spine4"] == pytest.approx(2.0)
     assert twice[f"{SPEED}.joint"]["LeftArm"] == 1.0
@@ -218,9 +200,9 @@ def test_copied_rotations_never_exceed_the_source() -> None:
             case = data.load(info)
             four_legged += case.target.four_legged
             copied = method.retarget(case.source, case.target, context=context_for(method, data, case, 0))
-            found = JointSpeed().compute(Comparison(case, copied))
-            assert found[SPEED] == pytest.approx(1.0), info.id
-            assert found[ACCELERATION] == pytest.approx(1.0), info.id
+            values = JointSpeed().compute(Comparison(case, copied))
+            assert values[SPEED] == pytest.approx(1.0), info.id
+            assert values[ACCELERATION] == pytest.approx(1.0), info.id
     assert four_legged
 
 
@@ -234,10 +216,10 @@ def test_a_hand_that_snaps_is_reported_though_the_jerk_is_as_the_reference_s() -
     bend = Rotation.from_rotvec([np.radians(40.0), 0.0, 0.0]).as_quat(scalar_first=True)
     rotations[40, hand] = rotation.multiply(rotations[40, hand], bend)
     snapped = replace(answer, rotations=rotations)
-    found = JointSpeed().compute(Comparison(case, snapped))
-    by_joint = found[f"{SPEED}.joint"]
+    values = JointSpeed().compute(Comparison(case, snapped))
+    by_joint = values[f"{SPEED}.joint"]
     assert max(by_joint, key=by_joint.get) == case.target.skeleton.names[hand]
-    assert found[SPEED] > 1.9
+    assert values[SPEED] > 1.9
     assert 0.9 < Smoothness().compute(Comparison(case, snapped))["jerk_ratio"] < 1.2
     answer = Ik().retarget(case.source, case.target, context=context_for(Ik(), data, case, 0))
     assert JointSpeed().compute(Comparison(case, answer))[SPEED] < 1.5
@@ -254,14 +236,6 @@ def test_ik_does_not_snap_on_real_motion(real_data) -> None:
     )
     case = data.load(info)
     answer = Ik().retarget(case.source, case.target, context=context_for(Ik(), data, case, 0))
-    found = JointSpeed().compute(Comparison(case, answer))
-    assert found[SPEED] < 1.5
+    values = JointSpeed().compute(Comparison(case, answer))
+    assert values[SPEED] < 1.5
     assert 0.8 < Smoothness().compute(Comparison(case, answer))["jerk_ratio"] < 1.2
-
-
-def test_the_meaning_says_that_the_reference_is_what_a_right_answer_has():
-    """Copied rotations have 1.00 and the reference 1.26: less than the reference is not better."""
-    for value in JointSpeed().card.values:
-        if value.id in (SPEED, ACCELERATION):
-            assert "right answer" in value.meaning
-            assert "reference" in value.meaning

@@ -21,7 +21,7 @@ RADIUS = 0.1
 LONG = {"LeftHand": (RADIUS, (0.0, 0.0, 0.0)), "Head": (RADIUS, (0.0, 0.0, 0.0))}
 
 
-def hand_off_head(gap: np.ndarray, wanted: np.ndarray, turned: bool = False) -> Sides:
+def hand_off_head(gap: np.ndarray, expected: np.ndarray, turned: bool = False) -> Sides:
     """Two balls, one of a hand and one a head, in frames of 10 per second: between their surfaces ``gap``
     ``(frames,)`` metres in the prediction and ``wanted`` in the reference, along a line through a vertex of
     both; in the prediction to the other side of the head where ``turned``."""
@@ -35,7 +35,7 @@ def hand_off_head(gap: np.ndarray, wanted: np.ndarray, turned: bool = False) -> 
         head = np.broadcast_to(RADIUS * unit, hand.shape)
         return np.concatenate([hand, head], axis=1) + np.array([0.0, 1.0, 0.0])
 
-    reference = body.surface(placed(wanted, 1.0), 10.0)
+    reference = body.surface(placed(expected, 1.0), 10.0)
     source = motion(body, len(gap), 0, fps=10.0)
     case = Sides(source, reference, reference)
     return as_surface(case, placed(gap, -1.0 if turned else 1.0))
@@ -44,30 +44,30 @@ def hand_off_head(gap: np.ndarray, wanted: np.ndarray, turned: bool = False) -> 
 def test_gap_recall_and_precision_of_balls() -> None:
     height = hand_off_head(np.zeros(1), np.zeros(1)).predicted.character.height
     assert 0.015 < height * 0.01 < 0.02
-    wanted = np.array([0.0, 0.005, 0.01, 0.0, 0.3, 0.3])
+    expected = np.array([0.0, 0.005, 0.01, 0.0, 0.3, 0.3])
     gap = np.array([0.0, 0.02, 0.3, 0.005, 0.0, 0.3])
-    found = compute("mesh_contact", hand_off_head(gap, wanted))
+    values = compute("mesh_contact", hand_off_head(gap, expected))
     # the reference touches in the first four frames, the prediction in 0, 3 and 4; in 1 it is still near
-    assert found["mesh_contact_gap_h"] == pytest.approx(100.0 * gap[:4].mean() / height, abs=1e-6)
-    assert found["mesh_contact_recall"] == pytest.approx(3 / 4)
-    assert found["mesh_contact_precision"] == pytest.approx(2 / 3)
+    assert values["mesh_contact_gap_h"] == pytest.approx(100.0 * gap[:4].mean() / height, abs=1e-6)
+    assert values["mesh_contact_recall"] == pytest.approx(3 / 4)
+    assert values["mesh_contact_precision"] == pytest.approx(2 / 3)
 
 
 def test_a_touch_at_another_place_is_not_the_one_that_was_asked_for() -> None:
     still = np.zeros(3)
     case = hand_off_head(still, still, turned=True)
-    found = compute("mesh_contact", case)
-    assert found["mesh_contact_recall"] == 0.0
+    values = compute("mesh_contact", case)
+    assert values["mesh_contact_recall"] == 0.0
     # from the far side of the head to the patch, at least past its middle
-    gap = found["mesh_contact_gap_h"] * case.predicted.character.height / 100.0
+    gap = values["mesh_contact_gap_h"] * case.predicted.character.height / 100.0
     assert RADIUS < gap < 2.0 * RADIUS
-    assert found["mesh_contact_precision"] == 1.0
+    assert values["mesh_contact_precision"] == 1.0
 
 
 def test_no_contact_no_value() -> None:
     far = np.full(3, 0.3)
-    found = compute("mesh_contact", hand_off_head(far, far))
-    assert not [id_ for id_ in found if id_.startswith("mesh_contact")]
+    values = compute("mesh_contact", hand_off_head(far, far))
+    assert not [id_ for id_ in values if id_.startswith("mesh_contact")]
     case = hand_off_head(far, far)
     assert compute("mesh_contact", case.by_positions()) == {}
     alone = compute("mesh_contact", replace(case, expected=None))
@@ -88,7 +88,7 @@ def test_soles_and_depths_on_rough_ground_by_loops(seed: int) -> None:
     heights = places[..., 1].min(axis=1).mean() + rng.uniform(-0.1, 0.6, size=(5, 6))
     ground = Ground(heights=heights, origin=(-2.0, -2.0), spacing=0.8)
     planted = rng.random((FRAMES, 2)) < 0.6
-    found = feet(case, planted, ground)
+    values = feet(case, planted, ground)
     weights, names = body.mesh.weights, body.skeleton.names
     own = {
         side: [v for v in range(len(weights)) if weights[v, names.index(f"{side}Foot")] > 0.5]
@@ -102,11 +102,11 @@ def test_soles_and_depths_on_rough_ground_by_loops(seed: int) -> None:
             if planted[frame, k]:
                 gaps.append(max(0.0, min(above[v] for v in own[side])))
     assert np.mean(np.array(depths) > 0.01) > 0.0
-    assert found["mesh_ground_penetration.rate"] == pytest.approx(100.0 * np.mean(np.array(depths) > 0.01))
-    assert found["mesh_ground_penetration.mean_h"] == pytest.approx(
+    assert values["mesh_ground_penetration.rate"] == pytest.approx(100.0 * np.mean(np.array(depths) > 0.01))
+    assert values["mesh_ground_penetration.mean_h"] == pytest.approx(
         100 * np.mean(depths) / body.height, rel=1e-9
     )
-    assert found["mesh_floating.mean_h"] == pytest.approx(100 * np.mean(gaps) / body.height, abs=1e-9)
+    assert values["mesh_floating.mean_h"] == pytest.approx(100 * np.mean(gaps) / body.height, abs=1e-9)
 
 
 def test_lifting_a_body_off_flat_ground_is_floating_and_sinking_it_is_depth() -> None:
@@ -116,10 +116,12 @@ def test_lifting_a_body_off_flat_ground_is_floating_and_sinking_it_is_depth() ->
     turn, planted = rotation.identity(1)[0], np.ones((times, 2), dtype=bool)
     for lift, floating, depth in ((0.0, 0.0, 0.0), (0.07, 0.07, 0.0), (-0.04, 0.0, 0.04)):
         stood = moved(still, turn, np.array([0.3, down + lift, 0.0]))
-        found = feet(Sides(still, stood, still), planted, Ground())
-        assert found["mesh_ground_penetration.mean_h"] == pytest.approx(100 * depth / body.height, abs=1e-6)
-        assert found["mesh_ground_penetration.rate"] == (100.0 if depth else 0.0)
-        assert found["mesh_floating.mean_h"] == pytest.approx(100 * floating / body.height, abs=1e-6)
+        values = feet(Sides(still, stood, still), planted, Ground())
+        assert values["mesh_ground_penetration.mean_h"] == pytest.approx(
+            100 * depth / body.height, abs=1e-6
+        )
+        assert values["mesh_ground_penetration.rate"] == (100.0 if depth else 0.0)
+        assert values["mesh_floating.mean_h"] == pytest.approx(100 * floating / body.height, abs=1e-6)
 
 
 def test_another_right_answer_keeps_the_contacts_of_a_puppet() -> None:
@@ -127,7 +129,7 @@ def test_another_right_answer_keeps_the_contacts_of_a_puppet() -> None:
     data = Puppets()
     info = next(each for each in data.cases("retarget", "intra") if each.kind == "hands_on_hips")
     case = data.load(info)
-    found = MeshContact().compute(Comparison(case, case.alternative))
-    assert found["mesh_floating.mean_h"] < 100 * 1e-3 / case.target.height
-    assert found["mesh_contact_recall"] > 0.9
-    assert found["mesh_contact_gap_h"] < 1.0
+    values = MeshContact().compute(Comparison(case, case.alternative))
+    assert values["mesh_floating.mean_h"] < 100 * 1e-3 / case.target.height
+    assert values["mesh_contact_recall"] > 0.9
+    assert values["mesh_contact_gap_h"] < 1.0

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from metric_cases import BODY, HUMAN, Sides, character, compute, index, motion, sides
@@ -74,9 +72,9 @@ def loop(case: Sides) -> tuple[float, float]:
 def test_windows_against_integration(frames: int) -> None:
     case = sides(frames, frames)
     world, local = loop(case)
-    found = compute("nkn", case)
-    assert found["nkn_mse_h"] == pytest.approx(world, rel=1e-9)
-    assert found["nkn_mse_local"] == pytest.approx(local, rel=1e-9)
+    values = compute("nkn", case)
+    assert values["nkn_mse_h"] == pytest.approx(world, rel=1e-9)
+    assert values["nkn_mse_local"] == pytest.approx(local, rel=1e-9)
 
 
 def test_star_is_an_unsquared_distance() -> None:
@@ -94,19 +92,6 @@ def test_star_is_an_unsquared_distance() -> None:
 
 def test_short_clips_have_no_windows() -> None:
     assert set(compute("nkn", sides(120, 0))) == {"star"}
-
-
-def test_start_and_first_heading_do_not_matter_but_later_path_does() -> None:
-    case = sides(150, 4)
-    before = compute("nkn", case)
-    turned = replace(
-        case, predicted=case.predicted.character.positions(turn(case.predicted.positions), 30.0)
-    )
-    assert compute("nkn", turned)["nkn_mse_h"] == pytest.approx(before["nkn_mse_h"], rel=1e-9)
-    drifting = case.predicted.positions + np.linspace(0, 1, 150)[:, None, None] * [1.0, 0.0, 0.0]
-    after = compute("nkn", replace(case, predicted=case.predicted.character.positions(drifting, 30.0)))
-    assert abs(after["nkn_mse_h"] - before["nkn_mse_h"]) > 1e-3
-    assert after["nkn_mse_local"] == pytest.approx(before["nkn_mse_local"], rel=1e-9)
 
 
 def turn(positions: np.ndarray) -> np.ndarray:

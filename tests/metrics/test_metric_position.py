@@ -42,14 +42,14 @@ def mean_distance(case: Sides, joints: list[int], *, centred: bool = False) -> f
 @pytest.mark.parametrize("seed", range(3))
 def test_primary_protocol(seed: int) -> None:
     case = sides(11, seed)
-    found = compute("position", case)
+    values = compute("position", case)
     body = case.predicted.character
     h, joints = tall(body), index(body, SCORED)
-    assert found["mpjpe_h.world"] == pytest.approx(100 * mean_distance(case, joints) / h, **CLOSE)
-    assert found["mpjpe_h.root"] == pytest.approx(
+    assert values["mpjpe_h.world"] == pytest.approx(100 * mean_distance(case, joints) / h, **CLOSE)
+    assert values["mpjpe_h.root"] == pytest.approx(
         100 * mean_distance(case, joints, centred=True) / h, **CLOSE
     )
-    curve = found["mpjpe_h.joint"]
+    curve = values["mpjpe_h.joint"]
     assert set(curve) == set(SCORED)
     for name in SCORED:
         one = 100 * mean_distance(case, index(body, (name,)), centred=True) / h
@@ -58,31 +58,31 @@ def test_primary_protocol(seed: int) -> None:
 
 def test_end_effectors_and_root_path() -> None:
     case = sides(9, 5)
-    found = compute("position", case)
+    values = compute("position", case)
     body = case.predicted.character
     h = tall(body)
     ends = index(
         body, ("Head", "LeftHand", "RightHand", "LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")
     )
-    assert found["ee_h.world"] == pytest.approx(100 * mean_distance(case, ends) / h, **CLOSE)
-    assert found["ee_h.root"] == pytest.approx(100 * mean_distance(case, ends, centred=True) / h, **CLOSE)
+    assert values["ee_h.world"] == pytest.approx(100 * mean_distance(case, ends) / h, **CLOSE)
+    assert values["ee_h.root"] == pytest.approx(100 * mean_distance(case, ends, centred=True) / h, **CLOSE)
     level, high = [], []
     for p, g in zip(case.predicted.positions[:, 0], case.expected.positions[:, 0], strict=True):
         level.append((p[0] - g[0], p[2] - g[2]))
         high.append(abs(p[1] - g[1]))
-    assert found["root_path.horizontal"] == pytest.approx(
+    assert values["root_path.horizontal"] == pytest.approx(
         100 * np.mean([hypot(*d) for d in level]) / h, **CLOSE
     )
-    assert found["root_path.vertical"] == pytest.approx(100 * np.mean(high) / h, **CLOSE)
+    assert values["root_path.vertical"] == pytest.approx(100 * np.mean(high) / h, **CLOSE)
     drift = hypot(level[-1][0] - level[0][0], level[-1][1] - level[0][1])
-    assert found["root_path.drift"] == pytest.approx(100 * drift / h, **CLOSE)
+    assert values["root_path.drift"] == pytest.approx(100 * drift / h, **CLOSE)
 
 
 @pytest.mark.parametrize("frames", [4, 11])
 def test_papers(frames: int) -> None:
     """SAN's and HuMoT's numbers, and PAN's eq. 16 as it is typed."""
     case = sides(frames, 2)
-    found = compute("papers", case)
+    values = compute("papers", case)
     body = case.predicted.character
     h1 = tall(body)
     joints = index(body, SCORED)
@@ -93,12 +93,12 @@ def test_papers(frames: int) -> None:
         for j in joints:
             squares.append(distance(p[j], g[j]) ** 2)
             cubes += [((p[j][axis] - g[j][axis]) / h1) ** 2 for axis in range(3)]
-    assert found["san_code"] == pytest.approx(1000 * sum(cubes) / len(cubes), **CLOSE)
-    assert found["san_code_noself"] == found["san_code"]
-    assert found["sqdist_h2"] == pytest.approx(1000 * np.mean(squares) / h1**2, **CLOSE)
+    assert values["san_code"] == pytest.approx(1000 * sum(cubes) / len(cubes), **CLOSE)
+    assert values["san_code_noself"] == values["san_code"]
+    assert values["sqdist_h2"] == pytest.approx(1000 * np.mean(squares) / h1**2, **CLOSE)
     centimetres = [1e4 * square / (100 * h1) for square in squares]
-    assert found["pan_eq16_mean"] == pytest.approx(np.mean(centimetres), **CLOSE)
-    assert found["humot_mpjpe"] == pytest.approx(mean_distance(case, joints) / h1, **CLOSE)
+    assert values["pan_eq16_mean"] == pytest.approx(np.mean(centimetres), **CLOSE)
+    assert values["humot_mpjpe"] == pytest.approx(mean_distance(case, joints) / h1, **CLOSE)
 
 
 def test_worked_example() -> None:
@@ -108,20 +108,20 @@ def test_worked_example() -> None:
     moved = expected.character.motion(expected.rotations, expected.root + np.array([0.03, 0.04, 0.0]), 30.0)
     case = Sides(expected, moved, expected)
     height = tall(body)
-    found = compute("position", case) | compute("papers", case)
-    assert found["mpjpe_h.world"] == pytest.approx(100 * 0.05 / height)
-    assert found["mpjpe_h.root"] == pytest.approx(0.0, abs=1e-9)
-    assert found["root_path.vertical"] == pytest.approx(100 * 0.04 / height)
-    assert found["root_path.drift"] == pytest.approx(0.0, abs=1e-9)
-    assert found["san_code"] == pytest.approx(1000 * 0.05**2 / 3 / height**2)
-    assert found["pan_eq16_mean"] == pytest.approx(5.0**2 / (100 * height))
+    values = compute("position", case) | compute("papers", case)
+    assert values["mpjpe_h.world"] == pytest.approx(100 * 0.05 / height)
+    assert values["mpjpe_h.root"] == pytest.approx(0.0, abs=1e-9)
+    assert values["root_path.vertical"] == pytest.approx(100 * 0.04 / height)
+    assert values["root_path.drift"] == pytest.approx(0.0, abs=1e-9)
+    assert values["san_code"] == pytest.approx(1000 * 0.05**2 / 3 / height**2)
+    assert values["pan_eq16_mean"] == pytest.approx(5.0**2 / (100 * height))
 
 
 def test_short_clips_leave_out_what_they_cannot_say() -> None:
     case = sides(1, 0)
     assert "root_path.drift" not in compute("position", case)
-    found = compute("papers", case)
-    assert set(found) == {"humot_mpjpe"}
+    values = compute("papers", case)
+    assert set(values) == {"humot_mpjpe"}
 
 
 def test_fingers_and_props_count_only_when_both_bodies_have_them() -> None:

@@ -24,7 +24,7 @@ def search(moving: np.ndarray, fixed: np.ndarray, *, scaled: bool) -> float:
         return float(((fitted(x) - fixed) ** 2).sum())
 
     beginnings = [np.zeros(7), *(np.r_[v, 0, 0, 0, 0] for v in 3.0 * np.eye(3))]
-    best = min((minimize(cost, x, tol=1e-14) for x in beginnings), key=lambda found: found.fun)
+    best = min((minimize(cost, x, tol=1e-14) for x in beginnings), key=lambda fit: fit.fun)
     return float(np.linalg.norm(fitted(best.x) - fixed, axis=1).mean())
 
 
@@ -33,12 +33,12 @@ def test_against_search(seed: int) -> None:
     case = sides(4, seed)
     body = case.predicted.character
     p, g = (side.positions[:, index(body, SCORED)] for side in (case.predicted, case.expected))
-    found = compute("procrustes", case)
+    values = compute("procrustes", case)
     for scaled, name in ((False, "rigid"), (True, "similarity")):
         frames = np.mean([search(a, b, scaled=scaled) for a, b in zip(p, g, strict=True)])
         clip = search(p.reshape(-1, 3), g.reshape(-1, 3), scaled=scaled)
-        assert found[f"pa_mpjpe.{name}"] == pytest.approx(100 * frames / body.height, rel=1e-5)
-        assert found[f"pa_mpjpe.{name}_clip"] == pytest.approx(100 * clip / body.height, rel=1e-5)
+        assert values[f"pa_mpjpe.{name}"] == pytest.approx(100 * frames / body.height, rel=1e-5)
+        assert values[f"pa_mpjpe.{name}_clip"] == pytest.approx(100 * clip / body.height, rel=1e-5)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -47,7 +47,7 @@ def test_against_a_loop_of_scipy_fits(seed: int) -> None:
     case = sides(6, seed)
     body = case.predicted.character
     p, g = (side.positions[:, index(body, SCORED)] for side in (case.predicted, case.expected))
-    found = compute("procrustes", case)
+    values = compute("procrustes", case)
 
     def left(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
         a, b = a - a.mean(axis=0), b - b.mean(axis=0)
@@ -58,7 +58,7 @@ def test_against_a_loop_of_scipy_fits(seed: int) -> None:
     frames = np.mean([left(a, b) for a, b in zip(p, g, strict=True)], axis=0)
     clip = left(p.reshape(-1, 3), g.reshape(-1, 3))
     for name, value in zip(VARIANTS, (*frames, *clip), strict=True):
-        assert found[f"pa_mpjpe.{name}"] == pytest.approx(100 * value / body.height, rel=1e-9)
+        assert values[f"pa_mpjpe.{name}"] == pytest.approx(100 * value / body.height, rel=1e-9)
 
 
 @pytest.mark.parametrize("fps", [30.0, 60.0])
@@ -97,35 +97,10 @@ def test_acceleration_after_a_fit_of_every_frame(fps: float) -> None:
     assert compute("procrustes", case)["pa_acc.rigid"] == pytest.approx(expected, rel=1e-9)
 
 
-def test_a_fit_of_every_frame_forgives_a_drift_and_a_turn_that_one_fit_does_not() -> None:
-    case = sides(8, 1)
-    turns = Rotation.from_rotvec(np.outer(0.05 * np.arange(8) ** 2, [0.0, 1.0, 0.0]))
-    moved = np.array([turn.apply(pose) for turn, pose in zip(turns, case.expected.positions, strict=True)])
-    found = of(case, moved + 0.01 * np.arange(8)[:, None, None] ** 3)
-    assert found["pa_acc.rigid"] == pytest.approx(0.0, abs=1e-9)
-    assert found["pa_acc"] > 0.01
-
-
 def of(case: Sides, positions: np.ndarray) -> dict[str, float]:
     """The values when the prediction is at these positions."""
     predicted = case.predicted.character.positions(positions, case.predicted.fps)
     return dict(compute("procrustes", replace(case, predicted=predicted)))
-
-
-def test_moved_and_scaled_references_fit() -> None:
-    case = sides(8, 1)
-    truth = case.expected.positions
-    turns = Rotation.from_rotvec([[0.3, 2.0, -1.0]] * truth.shape[1])
-    moved = np.array([turns.apply(pose) for pose in truth]) + np.array([4.0, -2.0, 1.0])
-    found = of(case, moved)
-    assert found == pytest.approx(dict.fromkeys(found, 0.0), abs=1e-9)
-    bigger = of(case, 1.5 * moved)
-    assert bigger["pa_mpjpe.rigid"] > 1.0
-    assert bigger["pa_mpjpe.similarity"] == pytest.approx(0.0, abs=1e-9)
-    assert bigger["pa_mpjpe.similarity_clip"] == pytest.approx(0.0, abs=1e-9)
-    drifting = of(case, moved + np.arange(8)[:, None, None] * 0.1)
-    assert drifting["pa_mpjpe.rigid"] == pytest.approx(0.0, abs=1e-9)
-    assert drifting["pa_mpjpe.similarity_clip"] > 1.0
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -133,8 +108,8 @@ def test_a_mirrored_body_does_not_fit(axis: int) -> None:
     case = sides(8, 2)
     mirrored = case.expected.positions.copy()
     mirrored[..., axis] *= -1
-    found = of(case, mirrored)
-    assert all(found[f"pa_mpjpe.{variant}"] > 1.0 for variant in VARIANTS)
+    values = of(case, mirrored)
+    assert all(values[f"pa_mpjpe.{variant}"] > 1.0 for variant in VARIANTS)
 
 
 def test_joints_all_in_one_place_give_the_size_of_the_reference() -> None:
@@ -142,5 +117,5 @@ def test_joints_all_in_one_place_give_the_size_of_the_reference() -> None:
     body = case.predicted.character
     g = case.expected.positions[:, index(body, SCORED)]
     spread = np.linalg.norm(g - g.mean(axis=1, keepdims=True), axis=-1).mean()
-    found = of(case, np.ones_like(case.expected.positions))
-    assert found["pa_mpjpe.similarity"] == pytest.approx(100 * spread / body.height, rel=1e-9)
+    values = of(case, np.ones_like(case.expected.positions))
+    assert values["pa_mpjpe.similarity"] == pytest.approx(100 * spread / body.height, rel=1e-9)

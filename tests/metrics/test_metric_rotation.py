@@ -18,17 +18,17 @@ def degrees(a: np.ndarray, b: np.ndarray) -> float:
 
 def test_local_world_and_by_joint() -> None:
     case = sides(5, 0)
-    found = compute("rotation", case)
+    values = compute("rotation", case)
     joints = index(case.predicted.character, BODY)
     p, g = case.predicted, case.expected
     local = [[degrees(p.rotations[t, j], g.rotations[t, j]) for j in joints] for t in range(5)]
     world = [
         [degrees(p.global_rotations[t, j], g.global_rotations[t, j]) for j in joints] for t in range(5)
     ]
-    assert found["rotation.local"] == pytest.approx(np.mean(local), rel=1e-9)
-    assert found["rotation.world"] == pytest.approx(np.mean(world), rel=1e-9)
+    assert values["rotation.local"] == pytest.approx(np.mean(local), rel=1e-9)
+    assert values["rotation.world"] == pytest.approx(np.mean(world), rel=1e-9)
     for name, angles in zip(BODY, np.array(local).T, strict=True):
-        assert found["rotation.joint"][name] == pytest.approx(angles.mean(), rel=1e-9)
+        assert values["rotation.joint"][name] == pytest.approx(angles.mean(), rel=1e-9)
 
 
 def test_a_turn_of_the_root_counts_once_locally_and_everywhere_in_the_world() -> None:
@@ -38,9 +38,9 @@ def test_a_turn_of_the_root_counts_once_locally_and_everywhere_in_the_world() ->
     root = turn * Rotation.from_quat(turns[:, 0], scalar_first=True)
     turns[:, 0] = -root.as_quat(scalar_first=True)  # the sign of a quaternion means nothing
     predicted = case.expected.character.motion(turns, case.expected.root, 30.0)
-    found = compute("rotation", replace(case, predicted=predicted))
-    assert found["rotation.local"] == pytest.approx(30.0 / 22, rel=1e-9)
-    assert found["rotation.world"] == pytest.approx(30.0, rel=1e-9)
+    values = compute("rotation", replace(case, predicted=predicted))
+    assert values["rotation.local"] == pytest.approx(30.0 / 22, rel=1e-9)
+    assert values["rotation.world"] == pytest.approx(30.0, rel=1e-9)
 
 
 def test_positions_alone_have_no_angles() -> None:

@@ -26,13 +26,13 @@ def restless(side: Prediction, order: int) -> float:
 @pytest.mark.parametrize(("seed", "fps"), [(0, 30.0), (1, 120.0)])
 def test_sizes_and_ratios(seed: int, fps: float) -> None:
     case = sides(12, seed, fps=fps)
-    found = compute("smoothness", case)
+    values = compute("smoothness", case)
     heights = case.predicted.character.height, case.source.character.height
     for order, name in ((2, "acceleration"), (3, "jerk")):
         own, true, source = (restless(s, order) for s in (case.predicted, case.expected, case.source))
-        assert found[name] == pytest.approx(own, rel=1e-9)
-        assert found[f"{name}_ratio"] == pytest.approx(own / true, rel=1e-9)
-        assert found[f"{name}_ratio_src"] == pytest.approx(
+        assert values[name] == pytest.approx(own, rel=1e-9)
+        assert values[f"{name}_ratio"] == pytest.approx(own / true, rel=1e-9)
+        assert values[f"{name}_ratio_src"] == pytest.approx(
             own / heights[0] / (source / heights[1]), rel=1e-9
         )
 
@@ -60,10 +60,10 @@ def falling(frames: int, fps: float, push: float) -> Prediction:
 @pytest.mark.parametrize("fps", [30.0, 50.0])
 def test_free_fall(fps: float) -> None:
     case = Sides(falling(20, fps, 30.0), falling(20, fps, 60.0), falling(20, fps, 30.0))
-    found = compute("smoothness", case)
-    assert found["jerk"] == pytest.approx(60.0, rel=1e-6)
-    assert found["jerk_ratio"] == pytest.approx(2.0, rel=1e-6)
-    assert found["jerk_ratio_src"] == pytest.approx(2.0, rel=1e-6)
+    values = compute("smoothness", case)
+    assert values["jerk"] == pytest.approx(60.0, rel=1e-6)
+    assert values["jerk_ratio"] == pytest.approx(2.0, rel=1e-6)
+    assert values["jerk_ratio_src"] == pytest.approx(2.0, rel=1e-6)
     still = compute("smoothness", Sides(*(falling(20, fps, 0.0) for _ in range(3))))
     assert still["acceleration"] == pytest.approx(9.81, rel=1e-6)
     assert still["acceleration_ratio"] == pytest.approx(1.0)
@@ -83,14 +83,14 @@ def test_bone_drift() -> None:
             if parent >= 0:
                 length = np.linalg.norm(body.skeleton.offsets[joint])
                 off.append(abs(np.linalg.norm(pose[joint] - pose[parent]) - length))
-    found = compute("smoothness", replace(case, predicted=body.positions(places, 30.0)))
-    assert found["bone_drift"] == pytest.approx(100 * np.mean(off) / body.height, rel=1e-9)
+    values = compute("smoothness", replace(case, predicted=body.positions(places, 30.0)))
+    assert values["bone_drift"] == pytest.approx(100 * np.mean(off) / body.height, rel=1e-9)
 
 
 @pytest.mark.parametrize(
     ("frames", "missing"), [(1, {"acceleration", "jerk", "acc"}), (3, {"jerk", "jerk_ratio"})]
 )
 def test_short_clips(frames: int, missing: set[str]) -> None:
-    found = compute("smoothness", sides(frames, 4))
-    assert not missing & set(found)
-    assert "bone_drift" in found
+    values = compute("smoothness", sides(frames, 4))
+    assert not missing & set(values)
+    assert "bone_drift" in values

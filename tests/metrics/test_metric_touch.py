@@ -43,11 +43,11 @@ def gaps(case) -> list[float]:
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_gap_and_recall(seed: int) -> None:
     case = labelled(sides(20, seed), seed)
-    found, by_hand = compute("touch", case), gaps(case)
-    assert found["touch_gap"] == pytest.approx(100 * np.mean(by_hand), rel=1e-9)
+    values, by_hand = compute("touch", case), gaps(case)
+    assert values["touch_gap"] == pytest.approx(100 * np.mean(by_hand), rel=1e-9)
     recall = np.mean([gap <= 0.01 for gap in by_hand])
     assert 0.1 < recall < 0.9, "the random case must not be trivial"
-    assert found["touch_recall"] == pytest.approx(recall)
+    assert values["touch_recall"] == pytest.approx(recall)
 
 
 def test_a_place_that_is_carried_along_has_the_gap_that_it_was_given() -> None:
@@ -60,8 +60,8 @@ def test_a_place_that_is_carried_along_has_the_gap_that_it_was_given() -> None:
     off = replace(wrist, point=0.03 * body.height * np.array([0.0, -0.6, -0.8]))
     # the same line on the reference pose only: wrist and forearm turn on their own
     standing = body.motion(np.repeat(body.reference_pose[None], 20, axis=0), np.zeros((20, 3)), 30.0)
-    found = compute("touch", replace(case, predicted=standing, touches=(off,)))
-    assert found == pytest.approx({"touch_gap": 3.5, "touch_recall": 0.0})
+    values = compute("touch", replace(case, predicted=standing, touches=(off,)))
+    assert values == pytest.approx({"touch_gap": 3.5, "touch_recall": 0.0})
 
 
 def test_rigs_drawn_otherwise_touch_alike() -> None:
@@ -73,9 +73,9 @@ def test_rigs_drawn_otherwise_touch_alike() -> None:
             continue
         seen += sum(touch.rests.any() for touch in case.touches)
         for answer in (case.reference, case.alternative):
-            found = SelfTouch().compute(Comparison(case, answer))
-            assert found["touch_gap"] < 100 * 0.01 / case.target.height
-            assert found["touch_recall"] == 1.0, info.id
+            values = SelfTouch().compute(Comparison(case, answer))
+            assert values["touch_gap"] < 100 * 0.01 / case.target.height
+            assert values["touch_recall"] == 1.0, info.id
     assert seen > 8
 
 

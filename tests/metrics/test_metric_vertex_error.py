@@ -6,20 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 from mesh_cases import BALLS, as_surface, body_of, sides, skin
-from metric_cases import Sides, compute, motion, moved
+from metric_cases import Sides, compute, motion
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.motion import rotation
-from tests.examples import examples
 
 angles, coordinates = st.floats(-3.0, 3.0), st.floats(-2.0, 2.0)
 turns = st.tuples(angles, angles, angles).map(lambda v: rotation.from_rotation_vector(np.array(v)))
-shifts = st.tuples(coordinates, coordinates, coordinates).map(np.array)
-seeds = st.integers(0, 1000)
-few = examples(6)
 
 
 def kabsch(p: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
@@ -57,8 +52,8 @@ def plain(case: Sides) -> dict[str, float]:
         "pa_mpvd.similarity": np.mean(similar),
         "medl_h": np.mean(edges),
     }
-    found = {"vertex_acc": acceleration(p), "pa_vertex_acc.rigid": acceleration(np.array(fitted))}
-    return found | {id_: 100.0 * value / body.height for id_, value in metres.items()}
+    values = {"vertex_acc": acceleration(p), "pa_vertex_acc.rigid": acceleration(np.array(fitted))}
+    return values | {id_: 100.0 * value / body.height for id_, value in metres.items()}
 
 
 @pytest.mark.parametrize(("seed", "fps"), [(0, 30.0), (1, 60.0)])
@@ -72,41 +67,11 @@ def test_every_value_is_its_formula(seed: int, fps: float) -> None:
     assert compute("vertex_error", case) == pytest.approx(plain(case), rel=1e-11)
 
 
-def test_the_reference_itself_is_perfect() -> None:
-    case = sides(6)
-    found = compute("vertex_error", replace(case, predicted=case.expected))
-    assert found == pytest.approx(dict.fromkeys(found, 0.0), abs=1e-12)
-    assert len(found) == 6
-
-
 def test_vertices_say_the_same_as_the_rotations_that_move_them() -> None:
     case = sides(6)
     assert compute("vertex_error", as_surface(case, skin(case.predicted, case.predicted.character))) == (
         compute("vertex_error", case)
     )
-
-
-@few
-@given(seed=seeds, turn=turns, shift=shifts)
-def test_no_value_feels_where_both_sides_are(seed: int, turn: np.ndarray, shift: np.ndarray) -> None:
-    case = sides(4, seed)
-    both = [moved(side, turn, shift) for side in (case.predicted, case.expected)]
-    after = compute("vertex_error", replace(case, predicted=both[0], expected=both[1]))
-    # neighbours at equal distances may change places
-    assert after == pytest.approx(compute("vertex_error", case), rel=1e-6, abs=1e-4)
-
-
-@few
-@given(seed=seeds, turn=turns, shift=shifts)
-def test_aligned_values_and_edges_do_not_feel_where_the_prediction_is(
-    seed: int, turn: np.ndarray, shift: np.ndarray
-) -> None:
-    case = sides(4, seed)
-    before = compute("vertex_error", case)
-    after = compute("vertex_error", replace(case, predicted=moved(case.predicted, turn, shift)))
-    kept = {id_ for id_ in before if id_.startswith(("pa_", "medl"))}
-    assert len(kept) == 4
-    assert {id_: after[id_] for id_ in kept} == pytest.approx({id_: before[id_] for id_ in kept}, rel=1e-6)
 
 
 def test_what_an_alignment_forgives() -> None:
@@ -115,10 +80,10 @@ def test_what_an_alignment_forgives() -> None:
     truth = skin(case.expected, body)
     turns = Rotation.from_rotvec(np.outer(np.arange(6.0), [0.1, 0.3, -0.2]))
     elsewhere = np.array([turn.apply(frame) for turn, frame in zip(turns, truth, strict=True)]) + 0.5
-    found = compute("vertex_error", as_surface(case, elsewhere))
+    values = compute("vertex_error", as_surface(case, elsewhere))
     for id_ in ("pa_mpvd.rigid", "pa_mpvd.similarity", "medl_h", "pa_vertex_acc.rigid"):
-        assert found[id_] == pytest.approx(0.0, abs=1e-9)
-    assert found["mpvd_h"] > 10.0
+        assert values[id_] == pytest.approx(0.0, abs=1e-9)
+    assert values["mpvd_h"] > 10.0
     bigger = compute("vertex_error", as_surface(case, 1.2 * elsewhere))
     assert bigger["pa_mpvd.similarity"] == pytest.approx(0.0, abs=1e-9)
     assert min(bigger["pa_mpvd.rigid"], bigger["medl_h"]) > 0.1
@@ -134,9 +99,9 @@ def test_left_out_without_a_mesh_vertices_or_enough_of_them() -> None:
     two = replace(
         case, predicted=motion(body, 2, 1), expected=motion(body, 2, 2), source=motion(body, 2, 0)
     )
-    found = compute("vertex_error", two)
+    values = compute("vertex_error", two)
     # an octahedron has six vertices, and two frames have no acceleration
-    assert set(found) == {"mpvd_h", "pa_mpvd.rigid", "pa_mpvd.similarity"}
+    assert set(values) == {"mpvd_h", "pa_mpvd.rigid", "pa_mpvd.similarity"}
 
 
 def test_points_that_coincide_are_neighbours_of_each_other() -> None:
@@ -149,6 +114,6 @@ def test_points_that_coincide_are_neighbours_of_each_other() -> None:
     shifted[:, 0] += [0.5, 0.0, 0.0]
     count = together.shape[1]
     height = case.predicted.character.height
-    found = compute("vertex_error", as_surface(still, shifted))["medl_h"] * height / 100.0
+    values = compute("vertex_error", as_surface(still, shifted))["medl_h"] * height / 100.0
     # six edges from the vertex that moved, each half a metre longer, and some to it
-    assert 6 * 0.5 / (6 * count) <= found <= (6 + 7 + 12) * 0.5 / (6 * count)
+    assert 6 * 0.5 / (6 * count) <= values <= (6 + 7 + 12) * 0.5 / (6 * count)

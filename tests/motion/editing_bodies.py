@@ -27,30 +27,30 @@ def body(extra: Bones | None = None, *, size: float = 1.0, shanks: float = 1.0) 
 
 def fingers(*names: str, joints: int = 3) -> Bones:
     """Fingers of both hands, palms down, straight out but for the thumb."""
-    found: Bones = {}
+    bones: Bones = {}
     for side, x in (("Left", 1.0), ("Right", -1.0)):
         for name in names or tuple(FINGERS):
             thumb = name == "Thumb"
             above, offset = f"{side}Hand", (x * (0.03 if thumb else 0.09), 0.0, FINGERS[name])
             for number in range(1, joints + 1):
                 joint = f"{side}Hand{name}{number}"
-                found[joint] = (above, offset)
+                bones[joint] = (above, offset)
                 above, offset = joint, (x * 0.025, 0.0, 0.025 if thumb else 0.0)
-    return found
+    return bones
 
 
 def twists(*shares: float, chained: bool = False) -> Bones:
     """Twist bones on both bones of arms and legs at shares of their lengths, beside or below each other."""
-    found: Bones = {}
+    bones: Bones = {}
     for side in ("Left", "Right"):
         for bone, end in (("Arm", "ForeArm"), ("ForeArm", "Hand"), ("UpLeg", "Leg"), ("Leg", "Foot")):
             line, above, before = np.array(BONES[f"{side}{end}"][1]), f"{side}{bone}", 0.0
             for number, share in enumerate(shares, 1):
                 name = f"{side}{bone}Twist{number:02d}"
-                found[name] = (above, tuple(line * (share - before)))
+                bones[name] = (above, tuple(line * (share - before)))
                 if chained:
                     above, before = name, share
-    return found
+    return bones
 
 
 def hen(wings: bool) -> Character:

@@ -344,27 +344,27 @@ def local(joint: Joint, changed: dict[str, np.ndarray] | None = None) -> np.ndar
     return moved(given["T"]) @ about
 
 
-def world(made: Made, take: str | None = None, time: float = 0.0) -> np.ndarray:
+def world(scene: Made, take: str | None = None, time: float = 0.0) -> np.ndarray:
     """``(joints, 4, 4)`` of all nodes, at a time of a take whose keys are connected linearly."""
     changes: dict[int, dict[str, np.ndarray]] = {}
-    for (joint, path), (times, values) in (made.takes[take] if take else {}).items():
+    for (joint, path), (times, values) in (scene.takes[take] if take else {}).items():
         stored = values.astype(np.float32).astype(float)
         at = np.array([np.interp(time, times, column) for column in stored.T])
         changes.setdefault(joint, {})[path] = at
-    found: list[np.ndarray] = []
-    for number, joint in enumerate(made.joints):
+    transforms: list[np.ndarray] = []
+    for number, joint in enumerate(scene.joints):
         own = local(joint, changes.get(number))
         if (
             joint.inherit == 2 and joint.parent >= 0
         ):  # the parent's scale, all directions alike, is left out
-            own[:3, :3] /= made.joints[joint.parent].scaling[0]
-        found.append(found[joint.parent] @ own if joint.parent >= 0 else own)
-    return np.stack(found)
+            own[:3, :3] /= scene.joints[joint.parent].scaling[0]
+        transforms.append(transforms[joint.parent] @ own if joint.parent >= 0 else own)
+    return np.stack(transforms)
 
 
-def pivots(made: Made, standing: np.ndarray) -> np.ndarray:
+def pivots(scene: Made, standing: np.ndarray) -> np.ndarray:
     """``(joints, 3)`` the points in the world that the joints turn about."""
-    own = np.stack([joint.pivot for joint in made.joints])
+    own = np.stack([joint.pivot for joint in scene.joints])
     return np.einsum("jab,jb->ja", standing[:, :3, :3], own) + standing[:, :3, 3]
 
 
@@ -411,8 +411,8 @@ def person(
                 inherit=1,
             )
         )
-    made = Made(joints, fps=fps)
-    stand_up(made, first, size)
+    scene = Made(joints, fps=fps)
+    stand_up(scene, first, size)
     times = np.arange(frames) / fps
     curves: Curves = {}
     for number in range(first, len(joints)):
@@ -420,26 +420,26 @@ def person(
         curves[number, "R"] = times, joints[number].rotation + steps
     steps = np.cumsum(random.normal(scale=0.01 * size, size=(frames, 3)), axis=0)
     curves[first, "T"] = times, joints[first].translation + steps
-    made.takes["act"] = curves
+    scene.takes["act"] = curves
     if skin:
-        dress(made, random, first)
-    return made
+        dress(scene, random, first)
+    return scene
 
 
-def stand_up(made: Made, first: int, size: float) -> None:
+def stand_up(scene: Made, first: int, size: float) -> None:
     """Translations with which the joints stand in a T-pose in the world at rest, whatever turns them."""
-    for number in range(first, len(made.joints)):
-        joint = made.joints[number]
-        standing = world(Made(made.joints[:number])) if number else np.zeros((0, 4, 4))
+    for number in range(first, len(scene.joints)):
+        joint = scene.joints[number]
+        standing = world(Made(scene.joints[:number])) if number else np.zeros((0, 4, 4))
         above = standing[joint.parent] if joint.parent >= 0 else np.eye(4)
         place = np.append(PLACES[number - first] * size, 1.0)
         joint.translation = (np.linalg.inv(above) @ place)[:3]
 
 
-def dress(made: Made, random: np.random.Generator, first: int) -> None:
+def dress(scene: Made, random: np.random.Generator, first: int) -> None:
     """A skin of chance polygons on the joints from ``first`` on, bound as they stand at rest."""
-    standing = world(made)
-    made.joints.append(Joint("surface", -1, kind="Mesh"))
+    standing = world(scene)
+    scene.joints.append(Joint("surface", -1, kind="Mesh"))
     joints = list(range(first, first + len(NAMES)))
     weights = random.uniform(size=(24, len(joints))) * (random.uniform(size=(24, len(joints))) < 0.2)
     weights[:, 0] += 0.1
@@ -449,8 +449,8 @@ def dress(made: Made, random: np.random.Generator, first: int) -> None:
     space = np.diag([2.0, 2.0, 2.0, 1.0])  # the mesh has a space of its own
     space[:3, :3] = space[:3, :3] @ Rotation.random(random_state=random).as_matrix()
     bound = {joint: standing[joint] for joint in joints}
-    at = len(made.joints) - 1
-    made.skins.append(
+    at = len(scene.joints) - 1
+    scene.skins.append(
         Skin(at, random.normal(scale=50, size=(24, 3)), polygons, weights, joints, bound, space)
     )
 
@@ -465,7 +465,7 @@ def of_recording(recording: Any, order: int = 0) -> Made:
         )
     ]
     times = np.arange(len(recording.root)) / recording.fps
-    made = Made(joints, fps=recording.fps)
+    scene = Made(joints, fps=recording.fps)
     curves: Curves = {(0, "T"): (times, recording.root)}
     for number in range(len(joints)):
         turns = Rotation.from_quat(recording.rotations[:, number, [1, 2, 3, 0]])
@@ -474,5 +474,5 @@ def of_recording(recording: Any, order: int = 0) -> Made:
             ORDERS[order], degrees=True
         )
         curves[number, "R"] = times, np.degrees(np.unwrap(np.radians(angles), axis=0))
-    made.takes["act"] = curves
-    return made
+    scene.takes["act"] = curves
+    return scene

@@ -99,11 +99,11 @@ def matrix(node: dict[str, Any], changed: dict[str, Any] | None = None) -> np.nd
     return found
 
 
-def world(made: Made, changed: dict[int, dict[str, Any]] | None = None) -> list[np.ndarray]:
+def world(asset: Made, changed: dict[int, dict[str, Any]] | None = None) -> list[np.ndarray]:
     """Every node's transform in the world, by going up from it."""
-    nodes = made.content["nodes"]
+    nodes = asset.content["nodes"]
     parent = {child: number for number, node in enumerate(nodes) for child in node.get("children", [])}
-    found = []
+    transforms = []
     for number in range(len(nodes)):
         total, node = np.eye(4), number
         while True:
@@ -111,30 +111,30 @@ def world(made: Made, changed: dict[int, dict[str, Any]] | None = None) -> list[
             if node not in parent:
                 break
             node = parent[node]
-        found.append(total)
-    return found
+        transforms.append(total)
+    return transforms
 
 
-def values_of(made: Made, accessor: int) -> np.ndarray:
+def values_of(asset: Made, accessor: int) -> np.ndarray:
     """The numbers of a plain accessor of a file made here."""
-    item = made.content["accessors"][accessor]
-    view = made.content["bufferViews"][item["bufferView"]]
+    item = asset.content["accessors"][accessor]
+    view = asset.content["bufferViews"][item["bufferView"]]
     width = {name: size for size, name in TYPES.items()}[item["type"]]
     kind = {code: name for name, code in CODES.items()}[item["componentType"]]
-    flat = np.frombuffer(bytes(made.data), f"<{kind}", item["count"] * width, view["byteOffset"])
+    flat = np.frombuffer(bytes(asset.data), f"<{kind}", item["count"] * width, view["byteOffset"])
     return flat.reshape(-1, width).astype(float)
 
 
-def at(made: Made, animation: int, time: float) -> dict[int, dict[str, Any]]:
+def at(asset: Made, animation: int, time: float) -> dict[int, dict[str, Any]]:
     """Node -> its properties at a time of an animation with LINEAR samplers."""
-    item = made.content["animations"][animation]
+    item = asset.content["animations"][animation]
     found: dict[int, dict[str, Any]] = {}
     for channel in item["channels"]:
         sampler = item["samplers"][channel["sampler"]]
         if channel["target"]["path"] == "weights":
             continue
-        times = values_of(made, sampler["input"])[:, 0]
-        values = values_of(made, sampler["output"])
+        times = values_of(asset, sampler["input"])[:, 0]
+        values = values_of(asset, sampler["output"])
         time_ = float(np.clip(time, times[0], times[-1]))
         node, path = channel["target"]["node"], channel["target"]["path"]
         if len(times) == 1:
@@ -147,15 +147,15 @@ def at(made: Made, animation: int, time: float) -> dict[int, dict[str, Any]]:
     return found
 
 
-def skinned(made: Made, mesh_node: int, transforms: list[np.ndarray]) -> np.ndarray:
+def skinned(asset: Made, mesh_node: int, transforms: list[np.ndarray]) -> np.ndarray:
     """``(vertices, 3)`` by the formula of the specification (section 3.7.3.3), vertex by vertex."""
-    node = made.content["nodes"][mesh_node]
-    skin = made.content["skins"][node["skin"]]
-    attributes = made.content["meshes"][node["mesh"]]["primitives"][0]["attributes"]
+    node = asset.content["nodes"][mesh_node]
+    skin = asset.content["skins"][node["skin"]]
+    attributes = asset.content["meshes"][node["mesh"]]["primitives"][0]["attributes"]
     places, joints, weights = (
-        values_of(made, attributes[name]) for name in ("POSITION", "JOINTS_0", "WEIGHTS_0")
+        values_of(asset, attributes[name]) for name in ("POSITION", "JOINTS_0", "WEIGHTS_0")
     )
-    bound = values_of(made, skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
+    bound = values_of(asset, skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
     found = np.zeros((len(places), 3))
     for vertex, place in enumerate(places):
         for joint, share in zip(joints[vertex].astype(int), weights[vertex], strict=True):
@@ -196,20 +196,20 @@ def person(
     size: units of the file in a metre. above: nodes above the hips, from the top down. turned: joint frames
     are turned anyhow at rest, else parallel to the world.
     """
-    made = Made()
+    asset = Made()
     for number, node in enumerate(above):
-        made.add("nodes", {"name": f"above_{number}", **node, "children": [number + 1]})
+        asset.add("nodes", {"name": f"above_{number}", **node, "children": [number + 1]})
     first = len(above)
-    standing = np.linalg.inv(world(Made({"nodes": [*made.content.get("nodes", []), {}]}))[first])
+    standing = np.linalg.inv(world(Made({"nodes": [*asset.content.get("nodes", []), {}]}))[first])
     if np.linalg.det(standing) < 0:  # the whole person is mirrored
         standing = np.eye(4)
     own = [Rotation.random(random_state=random) if turned else Rotation.identity() for _ in NAMES]
     globals_ = []
     for joint, name in enumerate(NAMES):
-        wanted = np.eye(4)
-        wanted[:3, :3], wanted[:3, 3] = own[joint].as_matrix(), PLACES[joint] * size
-        globals_.append(wanted)
-        local = (standing if not joint else np.linalg.inv(globals_[PARENTS[joint]])) @ wanted
+        expected = np.eye(4)
+        expected[:3, :3], expected[:3, 3] = own[joint].as_matrix(), PLACES[joint] * size
+        globals_.append(expected)
+        local = (standing if not joint else np.linalg.inv(globals_[PARENTS[joint]])) @ expected
         node: dict[str, Any] = {"name": name}
         if not joint and above != ({},):
             scale = np.linalg.norm(local[:3, :3], axis=0)
@@ -217,31 +217,31 @@ def person(
         node["rotation"] = Rotation.from_matrix(local[:3, :3]).as_quat().tolist()
         node["translation"] = local[:3, 3].tolist()
         children = [first + n for n, parent in enumerate(PARENTS) if parent == joint]
-        made.add("nodes", node | ({"children": children} if children else {}))
-    made.content["scenes"] = [{"nodes": [0]}]
+        asset.add("nodes", node | ({"children": children} if children else {}))
+    asset.content["scenes"] = [{"nodes": [0]}]
     tracks: dict[tuple[int, str], tuple[Any, Any]] = {}
-    times = made.array(np.arange(frames) / fps)
+    times = asset.array(np.arange(frames) / fps)
     for joint in range(len(NAMES)):
-        rest = Rotation.from_quat(made.content["nodes"][first + joint]["rotation"])
+        rest = Rotation.from_quat(asset.content["nodes"][first + joint]["rotation"])
         steps = np.cumsum(random.normal(scale=0.1, size=(frames, 3)), axis=0)
         tracks[first + joint, "rotation"] = (
             times,
-            made.array((rest * Rotation.from_rotvec(steps)).as_quat()),
+            asset.array((rest * Rotation.from_rotvec(steps)).as_quat()),
         )
-    place = np.array(made.content["nodes"][first]["translation"])
+    place = np.array(asset.content["nodes"][first]["translation"])
     steps = np.cumsum(random.normal(scale=0.01 * np.abs(place).max(), size=(frames, 3)), axis=0)
-    tracks[first, "translation"] = times, made.array(place + steps)
+    tracks[first, "translation"] = times, asset.array(place + steps)
     if frames:
-        made.animate("act", tracks, how)
+        asset.animate("act", tracks, how)
     if skin:
-        dress(made, random, first)
-    return made
+        dress(asset, random, first)
+    return asset
 
 
-def dress(made: Made, random: np.random.Generator, first: int) -> None:
+def dress(asset: Made, random: np.random.Generator, first: int) -> None:
     """A skin of chance triangles on the joints from node ``first`` on, bound in the pose at rest."""
     joints = list(range(first, first + len(NAMES)))
-    standing = world(made)
+    standing = world(asset)
     space = np.diag([2.0, 2.0, 2.0, 1.0])  # the mesh has a space of its own
     space[:3, :3] = space[:3, :3] @ Rotation.random(random_state=random).as_matrix()
     bound = np.stack([np.linalg.inv(standing[joint]) @ space for joint in joints])
@@ -249,13 +249,13 @@ def dress(made: Made, random: np.random.Generator, first: int) -> None:
     weights = random.uniform(size=(24, 4)).astype("<f4")
     weights /= weights.sum(axis=1, keepdims=True)
     attributes = {
-        "POSITION": made.array(places),
-        "JOINTS_0": made.array(random.integers(0, len(NAMES), (24, 4)), "u1"),
-        "WEIGHTS_0": made.array(weights),
+        "POSITION": asset.array(places),
+        "JOINTS_0": asset.array(random.integers(0, len(NAMES), (24, 4)), "u1"),
+        "WEIGHTS_0": asset.array(weights),
     }
-    indices = made.array(random.permutation(24), "u2")
-    mesh = made.add("meshes", {"primitives": [{"attributes": attributes, "indices": indices}]})
-    matrices = made.array(bound.transpose(0, 2, 1).reshape(-1, 16))
-    skin = made.add("skins", {"joints": joints, "inverseBindMatrices": matrices})
-    node = made.add("nodes", {"name": "surface", "mesh": mesh, "skin": skin})
-    made.content["scenes"][0]["nodes"].append(node)
+    indices = asset.array(random.permutation(24), "u2")
+    mesh = asset.add("meshes", {"primitives": [{"attributes": attributes, "indices": indices}]})
+    matrices = asset.array(bound.transpose(0, 2, 1).reshape(-1, 16))
+    skin = asset.add("skins", {"joints": joints, "inverseBindMatrices": matrices})
+    node = asset.add("nodes", {"name": "surface", "mesh": mesh, "skin": skin})
+    asset.content["scenes"][0]["nodes"].append(node)

@@ -96,12 +96,12 @@ def about(axis: str, degrees: float) -> np.ndarray:
 # --------------------------------------------------------------------------------------- what is meant
 def test_every_convention_by_hand(amc):
     """Orders of root and bones, an axis with an order of its own, a direction that is no unit vector."""
-    found = files.read(amc)
-    assert found.skeleton.names == ("root", "spine", "head", "arm")
-    assert found.skeleton.parents.tolist() == [-1, 0, 1, 1]
-    np.testing.assert_allclose(found.skeleton.offsets, [[0, 0, 0], [0, 0, 0], [0, 5, 0], [0, 5, 0]])
-    np.testing.assert_allclose(found.root, [[1, 3, 2], [1.5, -3, 2]])
-    sites = {found.skeleton.names[site.parent]: site.offset for site in found.skeleton.end_sites}
+    recording = files.read(amc)
+    assert recording.skeleton.names == ("root", "spine", "head", "arm")
+    assert recording.skeleton.parents.tolist() == [-1, 0, 1, 1]
+    np.testing.assert_allclose(recording.skeleton.offsets, [[0, 0, 0], [0, 0, 0], [0, 5, 0], [0, 5, 0]])
+    np.testing.assert_allclose(recording.root, [[1, 3, 2], [1.5, -3, 2]])
+    sites = {recording.skeleton.names[site.parent]: site.offset for site in recording.skeleton.end_sites}
     np.testing.assert_allclose(sites["head"], [1.2, 1.6, 0])
     np.testing.assert_allclose(sites["arm"], [3, 0, 0])
     for frame, (rz, rx, ry, sx, sz, sy, head) in enumerate(
@@ -113,10 +113,10 @@ def test_every_convention_by_hand(amc):
         tilt = about("z", 45)
         top = tilt @ about("y", head) @ tilt.T
         for joint, expected in enumerate((root, spine, top, np.eye(3))):
-            w, x, y, z = found.rotations[frame, joint]
+            w, x, y, z = recording.rotations[frame, joint]
             np.testing.assert_allclose(Rotation.from_quat([x, y, z, w]).as_matrix(), expected, atol=1e-12)
-    assert (found.fps, found.rate_stated, found.unit) == (120.0, False, "cmu")
-    assert "bones from test.asf" in found.notes
+    assert (recording.fps, recording.rate_stated, recording.unit) == (120.0, False, "cmu")
+    assert "bones from test.asf" in recording.notes
 
 
 def test_radians_the_root_s_own_place_and_other_units(tmp_path, asf, amc):
@@ -129,10 +129,10 @@ def test_radians_the_root_s_own_place_and_other_units(tmp_path, asf, amc):
         values += [" ".join([name, *words[:first], *angles])] if words else []
     rows = [":radians", "1", *values[:3], "2", *values[3:]]
     amc.write_text("\r\n".join(rows))
-    found = files.read(amc)
-    assert found.unit == ""
-    np.testing.assert_allclose(found.root - plain.root, [[0, 9, 0]] * 2, atol=1e-12)
-    np.testing.assert_allclose(found.rotations, plain.rotations, atol=1e-12)
+    recording = files.read(amc)
+    assert recording.unit == ""
+    np.testing.assert_allclose(recording.root - plain.root, [[0, 9, 0]] * 2, atol=1e-12)
+    np.testing.assert_allclose(recording.rotations, plain.rotations, atol=1e-12)
     asf.write_text(ASF.replace("orientation 0 0 0", "orientation 90 0 0"))
     turned = files.read(asf)
     w, x, y, z = turned.rotations[0, 0]
@@ -144,13 +144,13 @@ def test_bones_that_shift_and_stretch_are_positions_of_inner_joints(asf, amc):
     tip = "begin\nname tip\ndirection 0 1 0\nlength 1\nend\n"
     asf.write_text(text.replace(":hierarchy", f"{tip}:hierarchy"))
     amc.write_text(AMC.replace("head 40", "head 40 1 0.5").replace("head -4", "head -4 -1 0"))
-    found = files.read(amc)
-    head, tip = found.skeleton.index("head"), found.skeleton.index("tip")
+    recording = files.read(amc)
+    head, tip = recording.skeleton.index("head"), recording.skeleton.index("tip")
     slope = np.array([np.cos(np.pi / 4), np.sin(np.pi / 4), 0])
-    shifted = found.places[:, head] - [[0, 5, 0]]
+    shifted = recording.places[:, head] - [[0, 5, 0]]
     np.testing.assert_allclose(shifted, [slope, -slope], atol=1e-12)
-    np.testing.assert_allclose(found.places[:, tip], [[1.5, 2.0, 0], [1.2, 1.6, 0]], atol=1e-12)
-    np.testing.assert_allclose(found.skeleton.offsets[head], [0, 5, 0])
+    np.testing.assert_allclose(recording.places[:, tip], [[1.5, 2.0, 0], [1.2, 1.6, 0]], atol=1e-12)
+    np.testing.assert_allclose(recording.skeleton.offsets[head], [0, 5, 0])
 
 
 @settings(max_examples=25, deadline=None)
@@ -172,10 +172,10 @@ def test_frames_in_another_order_are_the_same_motion(tmp_path_factory, data):
 
 # ------------------------------------------------------------------------------------------ which files
 def test_a_skeleton_alone_is_a_body_at_rest(asf):
-    found = importer.load(asf)
-    assert found.motion.frames == 1
-    np.testing.assert_array_equal(found.motion.rotations[0, :, 0], 1.0)
-    assert any("a skeleton alone" in note for note in found.findings.notes)
+    imported = importer.load(asf)
+    assert imported.motion.frames == 1
+    np.testing.assert_array_equal(imported.motion.rotations[0, :, 0], 1.0)
+    assert any("a skeleton alone" in note for note in imported.findings.notes)
 
 
 def test_the_skeleton_lies_beside_the_motion_or_is_named(tmp_path, asf, amc):
@@ -199,9 +199,9 @@ def test_the_skeleton_lies_beside_the_motion_or_is_named(tmp_path, asf, amc):
 
 
 def test_the_rate_is_usual_unless_told(amc):
-    found = importer.load(amc).findings
-    assert (found.fps, found.fps_stated) == (120.0, None)
-    assert "usual in this format: the file does not say" in found.text()
+    findings = importer.load(amc).findings
+    assert (findings.fps, findings.fps_stated) == (120.0, None)
+    assert "usual in this format: the file does not say" in findings.text()
     assert importer.load(amc, Reading(rate=60.0)).motion.fps == 60.0
 
 
@@ -265,12 +265,12 @@ def test_faults_of_motions_are_told_with_their_line(amc, old, new, told):
 @pytest.mark.parametrize("take", ["01", "02", "03", "04", "08", "09"])
 def test_takes_of_cmu_are_those_of_another_reader(real_data, take):
     folder = real_data / "cmu_asfamc"
-    found = importer.load(folder / f"02_{take}.amc")
+    imported = importer.load(folder / f"02_{take}.amc")
     skeleton, turned, root = asf_amc.read(folder / "02.asf", folder / f"02_{take}.amc", 1)
     expected, _ = kinematics.forward(skeleton, turned, root)
-    names = [found.motion.skeleton.index(name) for name in skeleton.names]
+    names = [imported.motion.skeleton.index(name) for name in skeleton.names]
     np.testing.assert_allclose(  # directions are printed to six digits, and made unit vectors
-        found.motion.positions[:, names], expected, rtol=0, atol=1e-6
+        imported.motion.positions[:, names], expected, rtol=0, atol=1e-6
     )
-    assert (found.findings.unit[0], found.findings.rest_pose) == ("cmu", "T-pose")
-    assert found.findings.missing == found.findings.not_understood == found.findings.warnings == ()
+    assert (imported.findings.unit[0], imported.findings.rest_pose) == ("cmu", "T-pose")
+    assert imported.findings.missing == imported.findings.not_understood == imported.findings.warnings == ()

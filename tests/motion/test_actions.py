@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion.actions import MOVING, action, going
+from retarget_bench.motion.actions import MOVING, action, path_speed
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
@@ -79,11 +79,11 @@ def test_a_tail_on_the_floor_is_enough(cast: dict[str, Character]) -> None:
 @given(speed=st.floats(0.0, 10.0), fps=st.sampled_from([24.0, 30.0, 60.0]), frames=st.integers(2, 200))
 def test_a_straight_way_has_its_own_speed(speed: float, fps: float, frames: int) -> None:
     way = np.arange(frames)[:, None] / fps * speed * np.array([[0.6, 0.8]])
-    assert going(way, fps) == pytest.approx(speed, abs=1e-9)
+    assert path_speed(way, fps) == pytest.approx(speed, abs=1e-9)
 
 
 def test_one_frame_goes_nowhere() -> None:
-    assert going(np.zeros((1, 2)), FPS) == 0.0
+    assert path_speed(np.zeros((1, 2)), FPS) == 0.0
 
 
 def test_a_body_without_hips_is_refused(cast: dict[str, Character]) -> None:

@@ -162,9 +162,9 @@ def test_without_a_sample_limbs_still_point_the_right_way():
     skeleton = reframed(T_POSE.skeleton, along_x(False))
     other = Character.of("x", skeleton)
     places, _ = kinematics.forward(skeleton, other.reference_pose, np.zeros(3))
-    wanted, _ = kinematics.forward(T_POSE.skeleton, T_POSE.reference_pose, np.zeros(3))
+    expected, _ = kinematics.forward(T_POSE.skeleton, T_POSE.reference_pose, np.zeros(3))
     joints = [j for j, name in enumerate(skeleton.names) if "Toe" not in name]
-    np.testing.assert_allclose(places[joints], wanted[joints], atol=1e-12)
+    np.testing.assert_allclose(places[joints], expected[joints], atol=1e-12)
 
 
 def test_skeletons_that_are_no_body_keep_their_rest_pose():
@@ -213,19 +213,21 @@ PAIRS = {
 def test_carried_limbs_agree_with_motionbuilder(real_data, source):
     """Sources of four data sets with rest poses of their own; the target is a T-pose body."""
     number, looser = PAIRS[source]
-    mine = load(real_data / f"same_pairs/{source}.bvh").motion
-    theirs = load(real_data / f"same_pairs/result/{number}.bvh").motion
-    body, count = theirs.character, min(mine.frames, theirs.frames)
-    turned = from_relative(body, orientations(mine, body))[5:count]
-    ours = body.motion(turned, theirs.root[5:count], theirs.fps)
+    source_motion = load(real_data / f"same_pairs/{source}.bvh").motion
+    reference = load(real_data / f"same_pairs/result/{number}.bvh").motion
+    body, count = reference.character, min(source_motion.frames, reference.frames)
+    turned = from_relative(body, orientations(source_motion, body))[5:count]
+    ours = body.motion(turned, reference.root[5:count], reference.fps)
     for limb in LIMBS:
         apart = degrees(
-            directions(body, ours.positions, limb), directions(body, theirs.positions[5:count], limb)
+            directions(body, ours.positions, limb), directions(body, reference.positions[5:count], limb)
         )
         assert apart.mean() < looser.get(limb, 4.5), limb
     for role in ("left_forearm", "right_forearm", "left_hand", "right_hand"):
         joint = body.joint_of[role]
-        twisted = rotation.angle(ours.global_rotations[:, joint], theirs.global_rotations[5:count, joint])
+        twisted = rotation.angle(
+            ours.global_rotations[:, joint], reference.global_rotations[5:count, joint]
+        )
         assert np.degrees(twisted).mean() < 6.0, role
 
 

@@ -28,10 +28,10 @@ def test_orientations_agree_between_the_rigs(real_data, take):
     iclone = Character.of("iclone", copy.skeleton, sample=copy.rotations)
     count = min(len(turned), len(copy.rotations))
     moving = cmu.motion(turned[:count], root[:count], 60.0)
-    ours = relative(moving)
-    theirs = relative(iclone.motion(copy.rotations[:count], copy.root[:count], 60.0))
+    own = relative(moving)
+    reference = relative(iclone.motion(copy.rotations[:count], copy.root[:count], 60.0))
     for role, limit in LIMITS.items():
-        apart = rotation.angle(ours[:, cmu.joint_of[role]], theirs[:, iclone.joint_of[role]])
+        apart = rotation.angle(own[:, cmu.joint_of[role]], reference[:, iclone.joint_of[role]])
         assert np.degrees(apart).mean() < limit, role
     carried = iclone.motion(from_relative(iclone, orientations(moving, iclone)), copy.root[:count], 60.0)
     again = iclone.motion(copy.rotations[:count], copy.root[:count], 60.0)

@@ -23,14 +23,14 @@ PECKS = np.concatenate([np.full(20, 80.0), np.zeros(10), np.full(30, 95.0)])
 @pytest.mark.parametrize("wing", [("UpperArm", "Forearm", "Hand"), ("Wing1", "Wing2", "Wing3")])
 def test_a_pecking_bird_faces_where_its_trunk_points(tmp_path, facing, slope, wing):
     """Its hips' front points down and back while it pecks: the facing is as for a bird that looks up."""
-    found = load(
+    findings = load(
         written(tmp_path / "b.bvh", bird(wing, slope), scale=100, facing=facing, pitch=PECKS)
     ).findings
-    assert found.facing == pytest.approx(facing, abs=1e-3)
-    assert (found.level, found.quadruped, found.up, found.unit[0]) == (True, False, "y", "cm")
-    assert found.missing == ()
-    assert found.warnings == ()
-    assert "two legs, the trunk level" in found.text()
+    assert findings.facing == pytest.approx(facing, abs=1e-3)
+    assert (findings.level, findings.quadruped, findings.up, findings.unit[0]) == (True, False, "y", "cm")
+    assert findings.missing == ()
+    assert findings.warnings == ()
+    assert "two legs, the trunk level" in findings.text()
 
 
 def test_a_bird_whose_wings_are_not_known(tmp_path):
@@ -39,9 +39,14 @@ def test_a_bird_whose_wings_are_not_known(tmp_path):
     bare = {name: bone for name, bone in feathers.items() if "Feather" not in name}
     for bones in (feathers, bare):
         file = written(tmp_path / "b.bvh", bones, scale=100, facing=88.0, pitch=PECKS)
-        found = load(file).findings
-        assert found.facing == pytest.approx(88.0, abs=1e-3)
-        assert (found.level, found.quadruped, found.up, found.unit[0]) == (True, False, "y", "cm")
+        findings = load(file).findings
+        assert findings.facing == pytest.approx(88.0, abs=1e-3)
+        assert (findings.level, findings.quadruped, findings.up, findings.unit[0]) == (
+            True,
+            False,
+            "y",
+            "cm",
+        )
 
 
 def test_dogs_that_sit_face_where_their_trunk_points(real_data):
@@ -64,16 +69,16 @@ def test_units_of_animals(tmp_path, animal, size, unit):
     """A horse of 1.6 m, a mouse of 8 cm and an elephant of 3.3 m. By its size alone a mouse in millimetres
     could be a dog in centimetres: the doctor says both, and the name of the file decides."""
     file = written(tmp_path / f"{animal}Walk_01.bvh", horse(), scale=1 / UNITS[unit], size=size)
-    found = load(file).findings
-    assert found.animal == animal.lower()
+    findings = load(file).findings
+    assert findings.animal == animal.lower()
     if (animal, size, unit) == ("", 0.05, "mm"):
-        assert (found.unit[0], found.other_unit[0]) == ("cm", "mm")
-        assert "in mm 0.081 m" in found.text()
+        assert (findings.unit[0], findings.other_unit[0]) == ("cm", "mm")
+        assert "in mm 0.081 m" in findings.text()
         return
-    assert found.unit[0] == unit
-    assert found.stands == pytest.approx(1.615 * size, rel=1e-3)
-    assert f"stands {found.stands:.2f} m" in found.text() or found.stands < 0.2
-    assert found.warnings == ()
+    assert findings.unit[0] == unit
+    assert findings.stands == pytest.approx(1.615 * size, rel=1e-3)
+    assert f"stands {findings.stands:.2f} m" in findings.text() or findings.stands < 0.2
+    assert findings.warnings == ()
 
 
 def test_a_size_that_no_animal_has_is_doubted(tmp_path):
@@ -84,9 +89,9 @@ def test_a_size_that_no_animal_has_is_doubted(tmp_path):
 
 
 def test_species_are_found_as_whole_words(tmp_path):
-    assert species.named(tmp_path / "HorseRun_02.bvh") == "horse"
-    assert species.named(tmp_path / "Elephant" / "walk.bvh") == "elephant"
-    assert species.named(tmp_path / "Mousey_m" / "walk.bvh") == ""
+    assert species.animal_of(tmp_path / "HorseRun_02.bvh") == "horse"
+    assert species.animal_of(tmp_path / "Elephant" / "walk.bvh") == "elephant"
+    assert species.animal_of(tmp_path / "Mousey_m" / "walk.bvh") == ""
     assert all(species.plausible(metres, animal) for animal, metres in species.STANDING.items())
     assert all(species.SMALLEST <= metres <= species.LARGEST for metres in species.STANDING.values())
 
@@ -177,5 +182,5 @@ def test_people_who_rest_seated_are_upright():
 
 @pytest.mark.parametrize(("fps", "doubted"), [(1.0, True), (4.0, True), (12.0, False), (120.0, False)])
 def test_a_rate_that_nobody_records_at_is_doubted(tmp_path, fps, doubted):
-    found = load(written(tmp_path / "horse.bvh", horse(), scale=100, fps=fps)).findings
-    assert any(f"{fps:g} per second" in warning for warning in found.warnings) == doubted
+    findings = load(written(tmp_path / "horse.bvh", horse(), scale=100, fps=fps)).findings
+    assert any(f"{fps:g} per second" in warning for warning in findings.warnings) == doubted

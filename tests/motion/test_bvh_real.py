@@ -121,9 +121,9 @@ def test_agreement_with_pymotion(real_data: Path) -> None:
         other = pymotion.BVH()
         other.load(str(path))
         rotations, places, *_ = other.get_data()
-        ours = bvh.read(path)
-        assert rotation.angle(ours.rotations, np.asarray(rotations, dtype=float)).max() < 1e-5
-        np.testing.assert_allclose(ours.root, places[:, 0], atol=1e-3)
+        recording = bvh.read(path)
+        assert rotation.angle(recording.rotations, np.asarray(rotations, dtype=float)).max() < 1e-5
+        np.testing.assert_allclose(recording.root, places[:, 0], atol=1e-3)
 
 
 @pytest.mark.filterwarnings("ignore:Rest pose suggests")
@@ -137,7 +137,7 @@ def test_agreement_with_pybvh(real_data: Path) -> None:
     ):
         path = real_data / f"{name}.bvh"
         other = pybvh.read_bvh_file(path)
-        ours = bvh.read(path, root="absolute")
-        assert list(ours.skeleton.names) == other.joint_names
-        places, _ = kinematics.forward(ours.skeleton, ours.rotations[:50], ours.root[:50])
+        recording = bvh.read(path, root="absolute")
+        assert list(recording.skeleton.names) == other.joint_names
+        places, _ = kinematics.forward(recording.skeleton, recording.rotations[:50], recording.root[:50])
         np.testing.assert_allclose(places, other.joint_positions()[:50], atol=1e-6)

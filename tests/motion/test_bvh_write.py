@@ -14,7 +14,7 @@ from hypothesis.extra import numpy as hnp
 from retarget_bench.errors import FileError, NotSupported, SkeletonError
 from retarget_bench.motion import bvh, kinematics, rotation
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS, Document, Hierarchy
-from retarget_bench.motion.bvh.writing import number_text, table_text
+from retarget_bench.motion.bvh.writing import table_text
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 from tests.examples import examples
@@ -54,23 +54,6 @@ def test_fixed_decimals_are_written_as_c_does(values: np.ndarray, decimals: int)
     shown = 6 if exact else 8
     expected = "".join(" ".join(f"{v:.{shown}f}" for v in row) + "\n" for row in values.tolist())
     assert table_text(values).decode() == expected
-
-
-@given(
-    hnp.arrays(
-        np.float64,
-        hnp.array_shapes(min_dims=2, max_dims=2, max_side=6),
-        elements=st.floats(allow_nan=False, allow_infinity=False),
-    )
-)
-def test_any_finite_numbers_come_back_exactly(values: np.ndarray) -> None:
-    rows = [[float(word) for word in line.split()] for line in table_text(values).decode().splitlines()]
-    np.testing.assert_array_equal(np.array(rows), values)
-
-
-@given(st.floats(allow_nan=False, allow_infinity=False))
-def test_a_single_number_comes_back_exactly(number: float) -> None:
-    assert float(number_text(number)) == number
 
 
 # ------------------------------------------------------------------------------------------- documents

@@ -16,14 +16,14 @@ labels = st.lists(st.booleans(), min_size=1, max_size=40).map(np.array)
 def test_labels_follow_the_speed_rule(fps):
     random = np.random.default_rng(0)
     positions = np.cumsum(random.normal(scale=0.003, size=(50, 4, 3)), axis=0)
-    found, height = planted(positions, 1.7, fps), 1.7
+    labels, height = planted(positions, 1.7, fps), 1.7
     for frame in range(1, 50):
         for joint in range(4):
             moved = np.linalg.norm(positions[frame, joint] - positions[frame - 1, joint])
-            assert found[frame, joint] == (moved / height < 0.003 * 30.0 / fps)
-    assert (found[0] == found[1]).all()
-    assert found.any()
-    assert not found.all()
+            assert labels[frame, joint] == (moved / height < 0.003 * 30.0 / fps)
+    assert (labels[0] == labels[1]).all()
+    assert labels.any()
+    assert not labels.all()
 
 
 def test_the_limit_is_a_speed_whatever_the_rate():
@@ -63,8 +63,8 @@ def test_tidy_closes_gaps_then_drops_specks(label, gap, shortest):
             expected[frame:end] = [True] * (end - frame)
         frame = max(end, frame) + 1
     closed = np.array(expected)
-    found = tidy(label, gap, shortest)
+    tidied = tidy(label, gap, shortest)
     for first, end in runs(closed):
-        assert found[first:end].all() == (end - first >= shortest)
-        assert found[first:end].any() == (end - first >= shortest)
-    assert not found[~closed].any()
+        assert tidied[first:end].all() == (end - first >= shortest)
+        assert tidied[first:end].any() == (end - first >= shortest)
+    assert not tidied[~closed].any()

@@ -71,11 +71,11 @@ def answers(source: Character, target: Character) -> dict[str, str | None]:
 def test_joints_answer_by_role_and_the_rest_follows():
     source = body("LeftToe_End", "RightToe_End")
     target = body(Spine_split=("Spine", (0.0, 0.05, 0.0)), LeftHandThumb1=("LeftHand", (0.03, 0.0, 0.02)))
-    found = answers(source, target)
-    assert found["Spine_split"] is None
-    assert found["LeftHandThumb1"] is None
-    assert found["LeftToe_End"] is None
-    assert {k: v for k, v in found.items() if v != k and v is not None} == {}
+    table = answers(source, target)
+    assert table["Spine_split"] is None
+    assert table["LeftHandThumb1"] is None
+    assert table["LeftToe_End"] is None
+    assert {k: v for k, v in table.items() if v != k and v is not None} == {}
 
 
 def test_bodies_with_the_same_joints_answer_one_to_one_props_included():
@@ -103,8 +103,8 @@ def test_spines_and_necks_of_other_counts(real_data):
     """CMU has three spine and two neck joints, the result of SAME two and one."""
     cmu = Character.of("cmu", bvh.read(real_data / "same_pairs/pfnn/LocomotionFlat01_000_3.bvh").skeleton)
     two = Character.of("two", bvh.read(real_data / "same_pairs/result/1.bvh").skeleton)
-    found = answers(cmu, two)
-    assert (found["Spine"], found["Spine1"], found["Neck"]) == ("Spine", "Spine1", "Neck1")
+    table = answers(cmu, two)
+    assert (table["Spine"], table["Spine1"], table["Neck"]) == ("Spine", "Spine1", "Neck1")
     back = answers(two, cmu)
     assert [back[name] for name in ("LowerBack", "Spine", "Spine1")] == ["Spine", "Spine", "Spine1"]
     assert [back[name] for name in ("Neck", "Neck1")] == ["Neck", "Neck"]

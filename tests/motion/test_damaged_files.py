@@ -130,10 +130,10 @@ def test_any_damage_is_read_or_refused_in_a_sentence(
             motion = load(kind, path)
             mesh = motion.character.mesh  # read when it is asked for
     except BenchError as error:
-        said = str(error)
-        assert "\n" not in said
-        assert len(said) < 1000
-        assert path.parent.name in said
+        message = str(error)
+        assert "\n" not in message
+        assert len(message) < 1000
+        assert path.parent.name in message
         return
     for points in motion.points if isinstance(motion, PointSets) else [motion.positions]:
         assert np.isfinite(points).all()
@@ -145,9 +145,9 @@ def test_any_damage_is_read_or_refused_in_a_sentence(
 @pytest.mark.parametrize("kind", ["BVH", "glb", "FBX", "AMASS", "joints", "PLY"])
 def test_a_file_that_is_cut_off_is_refused(tmp_path: Path, kind: str) -> None:
     path = sound(kind, tmp_path)
-    whole = path.read_bytes()
-    for size in np.linspace(4, 0.9 * len(whole), 25).astype(int):
-        path.write_bytes(whole[:size])
+    content = path.read_bytes()
+    for size in np.linspace(4, 0.9 * len(content), 25).astype(int):
+        path.write_bytes(content[:size])
         with pytest.raises(BenchError) as error:
             load(kind, path)
         assert str(path) in str(error.value)

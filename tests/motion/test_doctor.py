@@ -27,14 +27,14 @@ def file(tmp_path):
 
 
 def test_a_file_that_is_understood(file):
-    found = load(file).findings
-    assert dict(found.joints)["LeftForeArm"] == "left_forearm"
-    assert found.missing == ()
-    assert found.not_understood == ()
-    assert found.rest_pose == "T-pose"
-    assert found.facing == pytest.approx(0.0, abs=20.0)
-    assert (found.frames, found.still) == (60, False)
-    text = found.text()
+    findings = load(file).findings
+    assert dict(findings.joints)["LeftForeArm"] == "left_forearm"
+    assert findings.missing == ()
+    assert findings.not_understood == ()
+    assert findings.rest_pose == "T-pose"
+    assert findings.facing == pytest.approx(0.0, abs=20.0)
+    assert (findings.frames, findings.still) == (60, False)
+    text = findings.text()
     for part in (
         "cm = 0.01 m (guessed)",
         "up axis    y (guessed)",
@@ -48,9 +48,9 @@ def test_a_file_that_is_understood(file):
 
 def test_feet_off_the_floor_are_reported(file):
     """Hips 1.2 m up on legs that reach down 0.98 m at most, bent a little."""
-    found = load(file).findings
-    assert 0.22 < found.floor < 0.35
-    assert any("above the floor" in warning for warning in found.warnings)
+    findings = load(file).findings
+    assert 0.22 < findings.floor < 0.35
+    assert any("above the floor" in warning for warning in findings.warnings)
 
 
 def test_the_saved_reading_is_the_way_out(file, tmp_path):
@@ -94,11 +94,11 @@ def own_roles() -> dict[str, str]:
 def test_names_that_toml_must_quote_survive(file, tmp_path):
     text = file.read_text()
     file.write_text(text.replace(" LeftHand\n", ' Gizmo\\"one"\n'))
-    found = load(file)
+    imported = load(file)
     proposal = tmp_path / "reading.toml"
-    proposal.write_text(doctor.reading_text(found))
+    proposal.write_text(doctor.reading_text(imported))
     assert Reading(reading=proposal).overrides['Gizmo\\"one"'] is None
-    assert Reading(reading=proposal) == found.settled
+    assert Reading(reading=proposal) == imported.settled
 
 
 def test_a_single_pose_and_bones_without_length(file):
@@ -140,7 +140,7 @@ def test_a_wrong_frame_time_is_doubted_and_told_better(file):
     assert wrong.motion.fps == 1.0
     assert any("frame rate is 1 per second" in each and "rate=" in each for each in wrong.findings.warnings)
     cured = load(file, Reading(rate=30.0))
-    assert (cured.motion.fps, cured.findings.fps_stated, cured.findings.rate_told) == (30.0, 1.0, True)
+    assert (cured.motion.fps, cured.findings.fps_stated, cured.findings.rate_explicit) == (30.0, 1.0, True)
     assert not any("rate=" in warning for warning in cured.findings.warnings)
     assert "at 30 per second (as told; the file says 1)" in cured.findings.text()
     assert "rate=30" in cured.findings.text()

@@ -60,15 +60,15 @@ def still(source: Prediction, target: Character) -> Motion:
 @examples(40)
 def test_any_bodies_and_lengths_give_finite_motions_of_as_many_frames(pair, frames, wanted, seed):
     source, target = wiggle(pair[0], frames, seed), pair[1]
-    found, notes = edits.edited(source, target, wanted, still)
-    assert found.character is target
-    assert found.frames == edits.begun(source, wanted).frames
+    answer, notes = edits.edited(source, target, wanted, still)
+    assert answer.character is target
+    assert answer.frames == edits.begun(source, wanted).frames
     if wanted.start != "cut":
-        assert found.frames == frames
-    assert np.isfinite(found.positions).all()
-    np.testing.assert_allclose(np.linalg.norm(found.rotations, axis=-1), 1.0, atol=1e-9)
+        assert answer.frames == frames
+    assert np.isfinite(answer.positions).all()
+    np.testing.assert_allclose(np.linalg.norm(answer.rotations, axis=-1), 1.0, atol=1e-9)
     assert all(note.endswith(("are relaxed", "were in the floor")) for note in notes)
-    assert edits.compared(source, wanted).frames == found.frames
+    assert edits.compared(source, wanted).frames == answer.frames
     assert isinstance(legs.guess(pair[0], target), str)
 
 

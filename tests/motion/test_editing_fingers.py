@@ -67,8 +67,8 @@ def test_a_relaxed_hand_does_not_depend_on_how_a_rig_is_written(seed):
     )
     pose[0] = frames[0]
     other = Character(other.name, written, other.structure, other.roles, pose, other.measures)
-    found = other.motion(curled(other)[None], np.zeros((1, 3)), 30.0)
-    np.testing.assert_allclose(found.positions, plain.positions, atol=1e-9)
+    motion = other.motion(curled(other)[None], np.zeros((1, 3)), 30.0)
+    np.testing.assert_allclose(motion.positions, plain.positions, atol=1e-9)
 
 
 def test_a_hand_that_rests_half_closed_is_closed_no_further():
@@ -86,26 +86,26 @@ def test_a_hand_that_rests_half_closed_is_closed_no_further():
 
 def test_a_source_without_fingers_gives_relaxed_hands_that_move_with_the_arm():
     source = gait(BARE)
-    found = rb.retarget(source, FULL, "copy_rotations")
-    assert found.notes == ("body shows no fingers: the hands of body are relaxed",)
+    answer = rb.retarget(source, FULL, "copy_rotations")
+    assert answer.notes == ("body shows no fingers: the hands of body are relaxed",)
     opened = rb.retarget(source, FULL, "copy_rotations", hands="open")
     assert opened.notes == ()
     joints = [
         j for j, role in enumerate(FULL.roles) if role and any(f"_{f.lower()}_" in role for f in FINGERS)
     ]
     rest = [j for j in range(len(FULL.skeleton)) if j not in joints]
-    np.testing.assert_array_equal(found.rotations[:, rest], opened.rotations[:, rest])
-    wanted = np.repeat(curled(FULL)[None], source.frames, axis=0)[:, joints]
-    np.testing.assert_allclose(rotation.angle(found.rotations[:, joints], wanted), 0.0, atol=1e-6)
+    np.testing.assert_array_equal(answer.rotations[:, rest], opened.rotations[:, rest])
+    expected = np.repeat(curled(FULL)[None], source.frames, axis=0)[:, joints]
+    np.testing.assert_allclose(rotation.angle(answer.rotations[:, joints], expected), 0.0, atol=1e-6)
     still = np.repeat(FULL.reference_pose[None], source.frames, axis=0)[:, joints]
     np.testing.assert_allclose(rotation.angle(opened.rotations[:, joints], still), 0.0, atol=1e-6)
 
 
 def test_a_finger_that_the_source_lacks_does_as_its_neighbour():
     source = gait(body(fingers("Thumb", "Index", "Middle")), seed=5)
-    found = rb.retarget(source, FULL, "copy_rotations")
-    assert found.notes == ()
-    turned = transfer.relative(found)
+    answer = rb.retarget(source, FULL, "copy_rotations")
+    assert answer.notes == ()
+    turned = transfer.relative(answer)
     for side in ("left", "right"):
         for rank in (1, 2, 3):
             near = turned[:, FULL.joint_of[f"{side}_middle_{rank}"]]
@@ -128,8 +128,8 @@ def test_a_lone_finger_is_a_stub_where_it_is_still_and_a_finger_where_it_moves()
 
 def test_hands_of_a_thumb_alone_stay():
     stub = body(fingers("Thumb", joints=1))
-    found = rb.retarget(gait(BARE), stub, "copy_rotations")
-    assert found.notes == ()
+    answer = rb.retarget(gait(BARE), stub, "copy_rotations")
+    assert answer.notes == ()
 
 
 HANDS = {"gltf/Xbot.glb": 5, "gltf/Soldier.glb": 5, "cmu_iclone/002_01.bvh": 5, "mixamo_r2et/Ortiz": 5}
@@ -143,11 +143,11 @@ def test_real_rigs_have_their_fingers_found_and_relaxed(real_data, file):
         pytest.skip(f"{path} is not there")
     character = importer.load(path).motion.character
     for side in ("left", "right"):
-        found = editing.fingers(character, side)
-        assert len(found) == HANDS[file]
+        fingers = editing.fingers(character, side)
+        assert len(fingers) == HANDS[file]
         pose, places = curled(character), character.reference_places
         closed = character.motion(pose[None], places[:1], 30.0).positions[0]
         for finger in ("index", "middle", "ring"):
-            tip = found[finger][2]
-            length = np.linalg.norm(places[tip] - places[found[finger][0]])
+            tip = fingers[finger][2]
+            length = np.linalg.norm(places[tip] - places[fingers[finger][0]])
             assert places[tip, 1] - closed[tip, 1] > 0.4 * length, "palms are down in the reference pose"

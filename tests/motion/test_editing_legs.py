@@ -72,13 +72,13 @@ def test_how_bodies_stand():
 def test_a_bird_walks_as_level_as_it_rests(wings, method):
     bird = hen(wings)
     with pytest.warns(UserWarning, match="hen stands level on two legs, as birds do") as told:
-        found = rb.retarget(gait(PERSON), bird, method)
+        answer = rb.retarget(gait(PERSON), bird, method)
     assert len([each for each in told if "guess" in str(each.message)]) == 1
     rest = np.degrees(np.arctan2(0.06, 0.16))
-    assert np.abs(pitch(found, "Chest", "Hips") - rest).max() < 8.0
-    assert lowest(found, "head") > 0.3
+    assert np.abs(pitch(answer, "Chest", "Hips") - rest).max() < 8.0
+    assert lowest(answer, "head") > 0.3
     for side in ("left", "right"):
-        assert lowest(found, f"{side}_foot") > -0.03
+        assert lowest(answer, f"{side}_foot") > -0.03
 
 
 @pytest.mark.parametrize("wings", [True, False])
@@ -86,8 +86,8 @@ def test_a_person_who_does_as_a_bird_does_stands_upright(wings):
     bird = hen(wings)
     rest = bird.motion(rotation.identity(5, len(bird.skeleton)), np.tile([0.0, 0.35, 0.0], (5, 1)), 30.0)
     with pytest.warns(UserWarning, match="guess"):
-        found = rb.retarget(rest, PERSON, "copy_rotations")
-    assert pitch(found, "Head", "Hips").min() > 85.0
+        answer = rb.retarget(rest, PERSON, "copy_rotations")
+    assert pitch(answer, "Head", "Hips").min() > 85.0
 
 
 def test_arms_that_hang_are_fore_legs_that_stand():
@@ -100,11 +100,11 @@ def test_arms_that_hang_are_fore_legs_that_stand():
         pose[:, arm] = rotation.multiply(down[None], pose[:, arm])
     root = np.tile([0.0, PERSON.measures.hip_height, 0.0], (hanging.frames, 1))
     with pytest.warns(UserWarning, match="what each limb should do is a guess"):
-        found = rb.retarget(PERSON.motion(pose, root, 30.0), DOG, "copy_rotations")
+        answer = rb.retarget(PERSON.motion(pose, root, 30.0), DOG, "copy_rotations")
     stand = DOG.reference_places
     for side in ("left", "right"):
         arm, hand = DOG.joints([f"{side}_arm", f"{side}_hand"])
-        line = found.positions[0, hand] - found.positions[0, arm]
+        line = answer.positions[0, hand] - answer.positions[0, arm]
         np.testing.assert_allclose(line, stand[hand] - stand[arm], atol=0.02 * DOG.height)
 
 
@@ -131,9 +131,9 @@ def test_learned_methods_see_the_common_reference_pose():
 @given(angle=st.floats(0.3, 1.6), method=st.sampled_from(["copy_rotations", "ik"]))
 @examples(8)
 def test_a_stoop_leaves_no_head_and_no_paw_in_the_floor(angle, method):
-    found = motions.answer(stooped(angle), DOG, method)
+    answer = motions.answer(stooped(angle), DOG, motions.RetargetOptions(method))
     for role in ("head", "left_hand", "right_hand"):
-        assert lowest(found, role) > -2e-3, role
+        assert lowest(answer, role) > -2e-3, role
 
 
 def test_the_floor_is_what_keeps_the_head_up():
@@ -143,9 +143,9 @@ def test_the_floor_is_what_keeps_the_head_up():
     source = theirs.motion(source.rotations, source.root, 30.0)
     copied = plain.retarget(source, ours, context=Context())
     assert lowest(DOG.motion(copied.rotations, copied.root, 30.0), "head") < -0.05
-    found = floor.above(DOG.motion(copied.rotations, copied.root, 30.0))
-    assert lowest(found, "head") > -2e-3
-    own, others = found.positions, DOG.motion(copied.rotations, copied.root, 30.0).positions
+    raised = floor.above(DOG.motion(copied.rotations, copied.root, 30.0))
+    assert lowest(raised, "head") > -2e-3
+    own, others = raised.positions, DOG.motion(copied.rotations, copied.root, 30.0).positions
     hind = DOG.joints(["hips", "left_up_leg", "left_leg", "left_foot", "right_foot"])
     np.testing.assert_allclose(own[:, hind], others[:, hind], atol=1e-9)
     speed, usual = (np.linalg.norm(np.diff(each, axis=0), axis=-1).max() for each in (own, others))
@@ -186,15 +186,15 @@ def test_a_longer_trunk_goes_no_deeper_than_that_of_its_source(method):
     copied = LONG.motion(bowed(LONG).rotations, source.root, 30.0)
     assert source.positions[..., 1].min() > -1e-6
     assert lowest(copied, "head") < -0.05, "without the edit it is in the floor"
-    found = motions.answer(source, LONG, method)
+    answer = motions.answer(source, LONG, motions.RetargetOptions(method))
     if method == "copy_rotations":  # ik raises the head itself
-        assert any("in the floor" in note for note in found.notes)
-    assert not motions.answer(source, PERSON, method).notes
+        assert any("in the floor" in note for note in answer.notes)
+    assert not motions.answer(source, PERSON, motions.RetargetOptions(method)).notes
     soles = -LONG.standing_places[LONG.joint_of["left_toe"], 1]  # the toes' joints are at y = 0
-    assert lowest(found, "head") > soles - 0.0101 * LONG.height
+    assert lowest(answer, "head") > soles - 0.0101 * LONG.height
     feet = LONG.joints(["left_foot", "right_foot", "left_toe", "right_toe"])
-    assert np.ptp(found.positions[:, feet], axis=0).max() < 0.01, "feet stand"
-    speed = np.linalg.norm(np.diff(found.positions, axis=0), axis=-1).max()
+    assert np.ptp(answer.positions[:, feet], axis=0).max() < 0.01, "feet stand"
+    speed = np.linalg.norm(np.diff(answer.positions, axis=0), axis=-1).max()
     assert speed < 1.5 * np.linalg.norm(np.diff(copied.positions, axis=0), axis=-1).max()
 
 
@@ -214,7 +214,7 @@ def test_what_is_as_deep_as_in_its_source_stays_as_it_is():
 def test_depth_is_below_the_floor_that_feet_stand_on(theirs, ours):
     """Where the floor of a file lies changes nothing."""
     source, copied = bowed(PERSON), bowed(LONG)
-    wanted = floor.no_deeper(copied, source)
-    assert wanted is not copied
-    found = floor.no_deeper(moved(copied, ours), moved(source, theirs))
-    np.testing.assert_allclose(moved(found, -ours).positions, wanted.positions, atol=1e-6)
+    expected = floor.no_deeper(copied, source)
+    assert expected is not copied
+    raised = floor.no_deeper(moved(copied, ours), moved(source, theirs))
+    np.testing.assert_allclose(moved(raised, -ours).positions, expected.positions, atol=1e-6)

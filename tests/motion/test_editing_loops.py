@@ -46,11 +46,11 @@ def test_a_pose_or_a_height_that_differs_is_no_loop():
 def test_a_continued_loop_repeats_moved_by_its_step(turn, frames):
     """Written out: every joint of the next period is the same joint of this one, turned and moved."""
     motion = gait(BODY, frames, turn=turn)
-    whole, own = loops.continued(motion)
-    np.testing.assert_allclose(whole.at(own).positions, motion.positions, atol=1e-9)
-    assert min(own.start, whole.frames - own.stop) >= 29
+    complete, own = loops.continued(motion)
+    np.testing.assert_allclose(complete.at(own).positions, motion.positions, atol=1e-9)
+    assert min(own.start, complete.frames - own.stop) >= 29
     step, (first, last) = about(np.array([0.0, 1.0, 0.0]), turn), motion.root[[0, -1]]
-    now, later = whole.positions[: -(frames - 1)], whole.positions[frames - 1 :]
+    now, later = complete.positions[: -(frames - 1)], complete.positions[frames - 1 :]
     flat = np.array([1.0, 0.0, 1.0])
     # the step takes the first place to the last; any point of a period goes with it to the next
     expected = rotation.rotate(step[None, None], now - first * flat) + last * flat
@@ -97,9 +97,9 @@ def test_closing_makes_ends_agree_and_leaves_the_middle(seed, size):
 @pytest.mark.parametrize("method", ["copy_rotations", "ik", "ik+smooth"])
 def test_results_of_loops_are_loops(method, fps):
     source = loops.resampled(gait(BODY, 37, turn=0.3), fps)
-    found = rb.retarget(source, LARGE, method)
-    assert found.frames == source.frames
-    assert loops.agrees(found, source)
+    answer = rb.retarget(source, LARGE, method)
+    assert answer.frames == source.frames
+    assert loops.agrees(answer, source)
 
 
 def test_a_method_that_filters_is_mended_by_going_on_and_hardly_by_closing():
@@ -108,7 +108,7 @@ def test_a_method_that_filters_is_mended_by_going_on_and_hardly_by_closing():
     method, context = registry.create("methods", "ik"), Context()
     plain = method.retarget(source, target, context=context)
     assert loops.gap(plain).angle > np.radians(0.1)
-    whole, own = loops.continued(source)
-    assert loops.gap(method.retarget(whole, target, context=context).at(own)).angle < 1e-5
-    found = rb.retarget(source, target, "ik")
-    assert loops.gap(found).angle < 1e-5
+    complete, own = loops.continued(source)
+    assert loops.gap(method.retarget(complete, target, context=context).at(own)).angle < 1e-5
+    answer = rb.retarget(source, target, "ik")
+    assert loops.gap(answer).angle < 1e-5

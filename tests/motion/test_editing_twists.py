@@ -38,13 +38,13 @@ def about_bone(motion: Motion, bone: str, joint: str) -> np.ndarray:
 @examples(20)
 def test_the_forearm_takes_the_hand_s_twist_by_place(angle):
     ramp = np.linspace(0.0, angle, 9)[:, None] * [1.0, 0.0, 0.0]
-    found = rb.retarget(turned(PLAIN, "left_hand", ramp), TWISTED, "copy_rotations", hands="open")
+    answer = rb.retarget(turned(PLAIN, "left_hand", ramp), TWISTED, "copy_rotations", hands="open")
     for name, share in (("LeftForeArmTwist01", 0.3), ("LeftForeArmTwist02", 0.6)):
         np.testing.assert_allclose(
-            about_bone(found, "LeftForeArm", name), share * np.degrees(ramp[:, 0]), atol=1e-5
+            about_bone(answer, "LeftForeArm", name), share * np.degrees(ramp[:, 0]), atol=1e-5
         )
     np.testing.assert_allclose(
-        about_bone(found, "LeftForeArm", "LeftHand"), np.degrees(ramp[:, 0]), atol=1e-5
+        about_bone(answer, "LeftForeArm", "LeftHand"), np.degrees(ramp[:, 0]), atol=1e-5
     )
 
 
@@ -52,10 +52,10 @@ def test_the_forearm_takes_the_hand_s_twist_by_place(angle):
 @examples(20)
 def test_the_upper_arm_is_turned_back_towards_the_shoulder(angle):
     ramp = np.linspace(0.0, angle, 9)[:, None] * [1.0, 0.0, 0.0]
-    found = rb.retarget(turned(PLAIN, "left_arm", ramp), TWISTED, "copy_rotations", hands="open")
+    answer = rb.retarget(turned(PLAIN, "left_arm", ramp), TWISTED, "copy_rotations", hands="open")
     for name, share in (("LeftArmTwist01", 0.3), ("LeftArmTwist02", 0.6)):
         np.testing.assert_allclose(
-            about_bone(found, "LeftShoulder", name), share * np.degrees(ramp[:, 0]), atol=1e-5
+            about_bone(answer, "LeftShoulder", name), share * np.degrees(ramp[:, 0]), atol=1e-5
         )
 
 
@@ -70,9 +70,9 @@ def test_a_swing_of_the_wrist_does_not_count(angle, swing, across):
     twist = Rotation.from_rotvec([angle, 0.0, 0.0])
     bent = Rotation.from_rotvec(swing * np.array(across))
     vector = (bent * twist).as_rotvec()[None]
-    found = rb.retarget(turned(PLAIN, "left_hand", vector), TWISTED, "copy_rotations", hands="open")
+    answer = rb.retarget(turned(PLAIN, "left_hand", vector), TWISTED, "copy_rotations", hands="open")
     np.testing.assert_allclose(
-        about_bone(found, "LeftForeArm", "LeftForeArmTwist02"), 0.6 * np.degrees(angle), atol=1e-5
+        about_bone(answer, "LeftForeArm", "LeftForeArmTwist02"), 0.6 * np.degrees(angle), atol=1e-5
     )
 
 
@@ -87,11 +87,11 @@ def test_a_twist_beyond_half_a_turn_goes_on():
 
 def test_nothing_else_moves():
     source = gait(PLAIN, seed=7)
-    found, plain = (rb.retarget(source, target, "ik") for target in (TWISTED, PLAIN))
+    answer, plain = (rb.retarget(source, target, "ik") for target in (TWISTED, PLAIN))
     shared = [TWISTED.skeleton.index(name) for name in PLAIN.skeleton.names]
-    np.testing.assert_allclose(found.positions[:, shared], plain.positions, atol=1e-9)
-    ours, theirs = transfer.relative(found)[:, shared], transfer.relative(plain)
-    np.testing.assert_allclose(rotation.angle(ours, theirs), 0.0, atol=1e-6)
+    np.testing.assert_allclose(answer.positions[:, shared], plain.positions, atol=1e-9)
+    own, theirs = transfer.relative(answer)[:, shared], transfer.relative(plain)
+    np.testing.assert_allclose(rotation.angle(own, theirs), 0.0, atol=1e-6)
 
 
 def test_twist_bones_below_each_other_or_in_the_limb_take_the_same():
@@ -154,17 +154,17 @@ def test_other_joints_named_so_are_no_twist_bones_and_faces_and_props_stay():
     }
     target = body(extra)
     assert editing.find(target) == ()
-    found = rb.retarget(gait(PLAIN, seed=9), target, "ik")
+    answer = rb.retarget(gait(PLAIN, seed=9), target, "ik")
     for name in extra:
         joint = target.skeleton.index(name)
-        still = np.repeat(target.reference_pose[None, joint], found.frames, axis=0)
-        np.testing.assert_allclose(rotation.angle(found.rotations[:, joint], still), 0.0, atol=1e-6)
+        still = np.repeat(target.reference_pose[None, joint], answer.frames, axis=0)
+        np.testing.assert_allclose(rotation.angle(answer.rotations[:, joint], still), 0.0, atol=1e-6)
 
 
 def test_twist_bones_that_correspond_are_the_source_s():
     source = gait(TWISTED, seed=10)
-    found = rb.retarget(source, body(twists(0.3, 0.6), size=1.2), "copy_rotations")
-    np.testing.assert_allclose(rotation.angle(found.rotations, source.rotations), 0.0, atol=1e-6)
+    answer = rb.retarget(source, body(twists(0.3, 0.6), size=1.2), "copy_rotations")
+    np.testing.assert_allclose(rotation.angle(answer.rotations, source.rotations), 0.0, atol=1e-6)
 
 
 @pytest.mark.parametrize("side", ["L", "R"])

@@ -29,7 +29,7 @@ def random() -> np.random.Generator:
 
 def agrees(
     recording: Recording,
-    made: Made,
+    scene: Made,
     take: str | None = "act",
     *,
     start: float = 0.0,
@@ -37,19 +37,19 @@ def agrees(
     mirror: np.ndarray | float = 1.0,
 ) -> None:
     """Joints and vertices stand where the formula has them, in every frame."""
-    order = [[joint.name for joint in made.joints].index(name) for name in recording.skeleton.names]
+    order = [[joint.name for joint in scene.joints].index(name) for name in recording.skeleton.names]
     places = kinematics.forward(recording.skeleton, recording.rotations, recording.root)[0]
     moving = Character.of("body", recording.skeleton).motion(
         recording.rotations, recording.root, recording.fps
     )
     points = recording.skin().skinned(moving) if recording.skin else None
     for frame in range(len(places)):
-        standing = world(made, take, start + frame / recording.fps)
-        wanted = pivots(made, standing)[order] * scale * mirror
-        np.testing.assert_allclose(places[frame], wanted, atol=1e-5 * scale)
-        if points is not None and made.skins:
-            wanted = skinned(made.skins[0], standing) * scale * mirror
-            np.testing.assert_allclose(points[frame], wanted, atol=1e-5 * scale)
+        standing = world(scene, take, start + frame / recording.fps)
+        expected = pivots(scene, standing)[order] * scale * mirror
+        np.testing.assert_allclose(places[frame], expected, atol=1e-5 * scale)
+        if points is not None and scene.skins:
+            expected = skinned(scene.skins[0], standing) * scale * mirror
+            np.testing.assert_allclose(points[frame], expected, atol=1e-5 * scale)
 
 
 # --------------------------------------------------------------------------------------------- content
@@ -130,8 +130,8 @@ def test_a_mesh_that_hangs_on_a_joint(tmp_path, random):
     moving = Character.of("body", recording.skeleton).motion(recording.rotations, recording.root, 30.0)
     for frame in (0, 7):
         at = world(made, "act", frame / 30)[-1]
-        wanted = hat @ at[:3, :3].T + at[:3, 3]
-        np.testing.assert_allclose(mesh.skinned(moving)[frame], wanted, atol=1e-5)
+        expected = hat @ at[:3, :3].T + at[:3, 3]
+        np.testing.assert_allclose(mesh.skinned(moving)[frame], expected, atol=1e-5)
 
 
 def test_nodes_that_are_no_bones(tmp_path, random):
@@ -164,10 +164,10 @@ def test_units(tmp_path, random, centimetres, unit, scale):
     recording = files.read(path)
     assert recording.unit == unit
     agrees(recording, made, scale=scale)
-    found = importer.load(path)
-    assert found.findings.unit[0] == unit
-    assert "as stated" in found.findings.text()
-    assert found.motion.character.height == pytest.approx(1.5818, abs=1e-4)
+    imported = importer.load(path)
+    assert imported.findings.unit[0] == unit
+    assert "as stated" in imported.findings.text()
+    assert imported.motion.character.height == pytest.approx(1.5818, abs=1e-4)
 
 
 @pytest.mark.parametrize(("axes", "up"), [((2, 1, 1, -1, 0, 1), "z"), ((0, 1, 1, 1, 2, 1), "x")])
@@ -277,12 +277,12 @@ def test_several_bodies(tmp_path, random):
         joint.parent = joint.parent + first if joint.parent >= 0 else -1
     other.joints[-1] = replace(other.joints[-1], translation=other.joints[-1].translation + 1)
     curves = {(joint + first, path): found for (joint, path), found in other.takes["act"].items()}
-    made = Made([*one.joints, *other.joints, Joint("b:tail", first)], {"act": one.takes["act"] | curves})
-    path = made.save(tmp_path / "two.fbx")
+    scene = Made([*one.joints, *other.joints, Joint("b:tail", first)], {"act": one.takes["act"] | curves})
+    path = scene.save(tmp_path / "two.fbx")
     recording = files.read(path)
     assert "body 2 of 2, 'b:Hips'" in recording.notes[0]
-    agrees(recording, made)
-    agrees(files.read(path, Reading(body="Hips")), made)
+    agrees(recording, scene)
+    agrees(files.read(path, Reading(body="Hips")), scene)
     with pytest.raises(NotSupported, match="no body 'c'; it has 1 'Hips', 2 'b:Hips'"):
         files.read(path, Reading(body="c"))
 
@@ -398,8 +398,8 @@ def test_an_ascii_file_of_version_6(tmp_path):
     assert (recording.fps, len(recording.root), recording.unit) == (pytest.approx(30.0), 4, "cm")
     spine = kinematics.forward(recording.skeleton, recording.rotations, recording.root)[0][:, 1]
     angles = np.radians([0, 30, 60, 90])
-    wanted = np.stack([0 * angles, 90 + 20 * np.cos(angles), 20 * np.sin(angles)], axis=1)
-    np.testing.assert_allclose(spine, wanted, atol=1e-5)
+    expected = np.stack([0 * angles, 90 + 20 * np.cos(angles), 20 * np.sin(angles)], axis=1)
+    np.testing.assert_allclose(spine, expected, atol=1e-5)
     assert files.takes(tmp_path / "old.fbx") == ("Take 001",)
 
 

@@ -104,9 +104,9 @@ def test_what_no_position_shows_is_turned_as_in_the_motion_that_it_comes_from(ot
     source = wiggle(other, 40)
     motion = transfer.carry(source, body(), "hip_height")
     seen = motion.character.positions(motion.positions, motion.fps)
-    found, alone = fit(seen, source).motion, fit(seen).motion
+    fitted, alone = fit(seen, source).motion, fit(seen).motion
     for joint in ("Neck", "Head", "LeftForeArm", "LeftHand", "RightHand", "RightFoot", "LeftToeBase"):
-        assert errors(found, motion, joint).max() < 0.1
+        assert errors(fitted, motion, joint).max() < 0.1
         assert errors(alone, motion, joint).max() > 5.0
     known = fit(seen, source.character.positions(source.positions, source.fps)).motion
     assert (known.rotations == alone.rotations).all()
@@ -190,15 +190,15 @@ def test_a_step_is_that_of_the_whole_system():
     """The recursion over the tree against one dense system, with a Jacobian by differences."""
     motion = wiggle(random_tree(5, 12), 2)
     tree = Tree.of(motion.character)
-    start, wanted = bones.first(tree, motion.positions), noisy(motion, 0.05)
+    start, expected = bones.first(tree, motion.positions), noisy(motion, 0.05)
     now = rotation.multiply(rotation.from_rotation_vector(0.1 * noisy(motion, 1.0)), start)
-    problem = bones._Problem(tree, start, wanted, 0.03)
+    problem = bones._Problem(tree, start, expected, 0.03)
     found = problem.step(now, np.full(2, 0.01))
 
     def residuals(turns: np.ndarray, frame: int) -> np.ndarray:
         """How far joints are off after small turns in the world."""
         turned = rotation.multiply(rotation.from_rotation_vector(turns.reshape(-1, 3)), now[frame])
-        return (tree.places(turned[None], wanted[frame : frame + 1, 0])[0] - wanted[frame]).ravel()
+        return (tree.places(turned[None], expected[frame : frame + 1, 0])[0] - expected[frame]).ravel()
 
     for frame in range(2):
         size = found[frame].size
@@ -260,10 +260,10 @@ def test_any_finite_positions_get_an_answer_with_the_body_s_bones(tree, size):
     seed, joints, frames = tree
     character = random_tree(seed, joints)
     places = size * np.random.default_rng(seed).normal(size=(frames, joints, 3))
-    found = fit(character.positions(places, 30.0)).motion
-    assert np.isfinite(found.rotations).all()
-    assert lengths(found.skeleton, found.positions) == pytest.approx(
-        np.broadcast_to(found.skeleton.bone_lengths[1:], (frames, joints - 1)), abs=1e-9
+    fitted = fit(character.positions(places, 30.0)).motion
+    assert np.isfinite(fitted.rotations).all()
+    assert lengths(fitted.skeleton, fitted.positions) == pytest.approx(
+        np.broadcast_to(fitted.skeleton.bone_lengths[1:], (frames, joints - 1)), abs=1e-9
     )
 
 

@@ -7,8 +7,6 @@ import pytest
 from gltf_files import Made, packed, person
 from refusal import told
 
-FLIPS, MANY = 300, 5_000
-
 
 @pytest.fixture
 def made() -> Made:

@@ -38,17 +38,17 @@ def test_files_of_others(real_data, name):
         number = {node.get("name"): n for n, node in enumerate(content["nodes"]) if "mesh" not in node}
         for frame in (0, frames // 2):
             total = world(made, at(made, 0, frame / fps))
-            wanted = np.array([total[number[joint]][:3, 3] for joint in recording.skeleton.names])
-            away = np.abs(places[frame] - wanted).max()
-            assert away < 2e-3 * np.ptp(wanted, axis=0).max()
+            expected = np.array([total[number[joint]][:3, 3] for joint in recording.skeleton.names])
+            away = np.abs(places[frame] - expected).max()
+            assert away < 2e-3 * np.ptp(expected, axis=0).max()
 
 
 def test_roles_units_and_legs_of_files_of_others(real_data):
-    found = {name: importer.load(real_data / "gltf" / f"{name}.glb").findings for name in OTHERS}
-    assert not found["Xbot"].missing
-    assert not found["Soldier"].missing
-    assert found["Fox"].quadruped
-    assert (found["Fox"].unit[0], found["Fox"].unit_prescribed) == ("cm", False)
-    assert found["Xbot"].unit_prescribed
-    assert 1.6 < found["Soldier"].height < 2.0
-    assert all(abs(found[name].floor) < 0.03 for name in ("Xbot", "Soldier", "Fox"))
+    findings = {name: importer.load(real_data / "gltf" / f"{name}.glb").findings for name in OTHERS}
+    assert not findings["Xbot"].missing
+    assert not findings["Soldier"].missing
+    assert findings["Fox"].quadruped
+    assert (findings["Fox"].unit[0], findings["Fox"].unit_prescribed) == ("cm", False)
+    assert findings["Xbot"].unit_prescribed
+    assert 1.6 < findings["Soldier"].height < 2.0
+    assert all(abs(findings[name].floor) < 0.03 for name in ("Xbot", "Soldier", "Fox"))

@@ -65,8 +65,8 @@ def test_bvh_to_glb_to_bvh(tmp_path, real_data, file):
     same(back, clip)
     for found in (between, back):
         tips = [(site.parent, *np.round(site.offset, 5)) for site in found.skeleton.end_sites]
-        wanted = [(site.parent, *np.round(site.offset, 5)) for site in clip.skeleton.end_sites]
-        assert np.abs(np.array(tips) - np.array(wanted)).max() < 2e-5
+        expected = [(site.parent, *np.round(site.offset, 5)) for site in clip.skeleton.end_sites]
+        assert np.abs(np.array(tips) - np.array(expected)).max() < 2e-5
 
 
 def test_a_motion_of_ten_minutes_keeps_its_frames(tmp_path, random):
@@ -113,10 +113,10 @@ ABOVE = {
 @pytest.mark.parametrize("size", [1.0, 100.0])
 @pytest.mark.parametrize("up", ["y", "-x"])
 def test_the_motion_goes_into_the_target_s_file_and_all_else_stays(tmp_path, random, above, size, up):
-    made = person(random, above=ABOVE[above], size=size)
-    made.animate("other", {(3, "rotation"): ([0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]])}, "STEP")
-    made.content |= {"materials": [{"name": "skin"}], "extras": {"anything": [1, {"a": None}]}}
-    path = made.save(tmp_path / "target.glb")
+    asset = person(random, above=ABOVE[above], size=size)
+    asset.animate("other", {(3, "rotation"): ([0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]])}, "STEP")
+    asset.content |= {"materials": [{"name": "skin"}], "extras": {"anything": [1, {"a": None}]}}
+    path = asset.save(tmp_path / "target.glb")
     like = importer.load(path, Reading(up=up))
     clip = performance(like.motion.character, random, 40, 24.0)
     assert writing.write(tmp_path / "out.glb", clip, like) == ()
@@ -138,12 +138,12 @@ def test_the_motion_goes_into_the_target_s_file_and_all_else_stays(tmp_path, ran
 
 def test_places_and_sizes_of_the_take_that_was_read_are_stated(tmp_path, random):
     """A body that another animation gives longer arms is written with these."""
-    made = person(random)
-    place = np.array(made.content["nodes"][6]["translation"]) * 1.2
-    made.animate(
+    asset = person(random)
+    place = np.array(asset.content["nodes"][6]["translation"]) * 1.2
+    asset.animate(
         "long", {(6, "translation"): ([0.0, 1.0], [place, place]), (2, "scale"): ([0.0], [[1.1] * 3])}
     )
-    path = made.save(tmp_path / "target.glb")
+    path = asset.save(tmp_path / "target.glb")
     like = importer.load(path, Reading(take="long"))
     plain = importer.load(path)
     assert not like.motion.skeleton.same_as(plain.motion.skeleton, 1e-3)
@@ -155,12 +155,12 @@ def test_places_and_sizes_of_the_take_that_was_read_are_stated(tmp_path, random)
 def test_a_text_file_with_its_buffer_and_picture_becomes_one_glb(tmp_path, random):
     folder = tmp_path / "in"
     folder.mkdir()
-    made = person(random)
+    asset = person(random)
     picture = b"\x89PNG some picture"
     (folder / "face.png").write_bytes(picture)
-    made.content["images"] = [{"uri": "face.png"}, {"uri": "gone.png"}, {"uri": "odd.tga"}]
+    asset.content["images"] = [{"uri": "face.png"}, {"uri": "gone.png"}, {"uri": "odd.tga"}]
     (folder / "odd.tga").write_bytes(b"x")
-    path = made.save(folder / "target.gltf", linked="target.bin")
+    path = asset.save(folder / "target.gltf", linked="target.bin")
     like = importer.load(path)
     clip = performance(like.motion.character, random)
     notes = writing.write(tmp_path / "out.glb", clip, like)
@@ -176,14 +176,14 @@ def test_a_text_file_with_its_buffer_and_picture_becomes_one_glb(tmp_path, rando
 
 
 def test_several_buffers_become_one(tmp_path, random):
-    made = person(random)
-    path = made.save(tmp_path / "target.glb")
+    asset = person(random)
+    path = asset.save(tmp_path / "target.glb")
     content, data = unpacked(path)
     half = content["bufferViews"][-3]["byteOffset"]
     for view in content["bufferViews"][-3:]:
         view |= {"buffer": 1, "byteOffset": view["byteOffset"] - half}
     content["buffers"] = [
-        {"byteLength": half, "uri": "a.bin"}, {"byteLength": len(made.data) - half, "uri": "b.bin"}
+        {"byteLength": half, "uri": "a.bin"}, {"byteLength": len(asset.data) - half, "uri": "b.bin"}
     ]  # fmt: skip
     (tmp_path / "a.bin").write_bytes(data[:half])
     (tmp_path / "b.bin").write_bytes(data[half:])
@@ -260,8 +260,8 @@ def validate():
 
 
 def test_files_are_valid(tmp_path, random, validate):
-    made: Made = person(random, above=ABOVE["scaled"])
-    target = made.save(tmp_path / "target.glb")
+    asset: Made = person(random, above=ABOVE["scaled"])
+    target = asset.save(tmp_path / "target.glb")
     like = importer.load(target)
     clip = performance(like.motion.character, random)
     writing.write(tmp_path / "into.glb", clip, like)

@@ -72,21 +72,21 @@ def test_the_axis_is_the_one_that_elbows_were_bent_about(degrees, seed):
 def test_the_axis_does_not_depend_on_how_a_rig_is_written():
     """Every bone along +X: the frames of its joints say something else, the axis in space does not."""
     written, plain = along_x(), Character.of("plain", t_pose())
-    wanted = gesture(plain, 30.0)
-    turned = rotation.multiply(wanted.global_rotations, written.reference_globals[None])
+    expected = gesture(plain, 30.0)
+    turned = rotation.multiply(expected.global_rotations, written.reference_globals[None])
     local = kinematics.local_from_global(written.skeleton, turned)
-    found = Character.of("written", written.skeleton, sample=local)
+    character = Character.of("written", written.skeleton, sample=local)
     for role, axis in axes(30.0).items():
-        assert found.hinge(role) == pytest.approx(axis, abs=1e-6)
+        assert character.hinge(role) == pytest.approx(axis, abs=1e-6)
 
 
 @pytest.mark.parametrize("degrees", [-20.0, 0.0, 30.0])
 def test_upper_arms_of_another_clip_are_fitted_as_the_rig_has_them(degrees):
     motion = gesture(rig(degrees), degrees, seed=1)
-    found = fit(motion.character.positions(motion.positions, 30.0)).motion
+    fitted = fit(motion.character.positions(motion.positions, 30.0)).motion
     for role in ARMS:
-        assert apart(motion, found, role).max() < 8.0  # at the ends, where a smooth curve lags
-        assert apart(motion, found, role)[10:-10].max() < 2.0
+        assert apart(motion, fitted, role).max() < 8.0  # at the ends, where a smooth curve lags
+        assert apart(motion, fitted, role)[10:-10].max() < 2.0
 
 
 def test_a_sleeve_on_the_forearm_hides_no_elbow():
@@ -99,9 +99,9 @@ def test_a_sleeve_on_the_forearm_hides_no_elbow():
         np.concatenate([plain.offsets, [[0.07, 0.0, -0.02], [-0.07, 0.0, -0.02]]]),
     )
     motion = gesture(Character.of("sleeved", sleeved), 0.0, seed=1)
-    found = fit(motion.character.positions(motion.positions, 30.0)).motion
+    fitted = fit(motion.character.positions(motion.positions, 30.0)).motion
     for role in ARMS:
-        assert apart(motion, found, role)[10:-10].max() < 2.0
+        assert apart(motion, fitted, role)[10:-10].max() < 2.0
 
 
 def test_the_axis_changes_no_place_and_no_bone():
@@ -131,11 +131,11 @@ def loose(character: Character) -> np.ndarray:
 @pytest.mark.parametrize("sample", [still, loose])
 def test_arms_that_show_no_axis_have_that_of_bodies_in_general(sample):
     plain = body()
-    found = Character.of("rig", plain.skeleton, sample=sample(plain))
-    assert found.hinges == {}
+    character = Character.of("rig", plain.skeleton, sample=sample(plain))
+    assert character.hinges == {}
     for role in ARMS:
-        assert (found.hinge(role) == HINGES[role]).all()
-    assert found.hinge("head") is None
+        assert (character.hinge(role) == HINGES[role]).all()
+    assert character.hinge("head") is None
 
 
 def test_bodies_without_arms_and_clips_without_frames_show_none():
@@ -158,6 +158,6 @@ def test_elbows_of_cmu_are_turned_by_what_its_skeleton_files_say(real_data: Path
     """They give a radius one degree of freedom, about an axis that is turned by 30 degrees."""
     if not (real_data / file).is_file():
         pytest.skip(f"{file} is not among the real motion data")
-    found = importer.load(real_data / file).motion.character
+    motion = importer.load(real_data / file).motion.character
     for role, axis in axes(30.0).items():
-        assert np.degrees(np.arccos(np.clip(found.hinges[role] @ axis, -1.0, 1.0))) < 0.5
+        assert np.degrees(np.arccos(np.clip(motion.hinges[role] @ axis, -1.0, 1.0))) < 0.5

@@ -52,28 +52,28 @@ def zeros(path: Path) -> Path:
 
 def shared_data(path: Path) -> Path:
     """Many tracks that say the same few bytes over and over, each with many elements of them."""
-    made = gltf_person(np.random.default_rng(1), frames=4)
-    view = made.view(bytes(4_000_000))
+    asset = gltf_person(np.random.default_rng(1), frames=4)
+    view = asset.view(bytes(4_000_000))
     tracks = {}
     for node in range(1, 16):
         for what, kind in (("translation", "VEC3"), ("rotation", "VEC4"), ("scale", "VEC3")):
             common = {"bufferView": view, "componentType": 5126, "count": 250_000}
-            numbers = [made.add("accessors", {**common, "type": each}) for each in ("SCALAR", kind)]
+            numbers = [asset.add("accessors", {**common, "type": each}) for each in ("SCALAR", kind)]
             tracks[node, what] = tuple(numbers)
-    made.content["animations"] = []
-    made.animate("act", tracks)
-    path.write_bytes(made.bytes())
+    asset.content["animations"] = []
+    asset.animate("act", tracks)
+    path.write_bytes(asset.bytes())
     return path
 
 
 def buffers(path: Path) -> Path:
     """Buffers of more than 4 GB in all, each of them the same sparse file."""
-    made = gltf_person(np.random.default_rng(1), frames=4)
-    made.save(path)
+    asset = gltf_person(np.random.default_rng(1), frames=4)
+    asset.save(path)
     (path.parent / "large.bin").write_bytes(b"")
     os.truncate(path.parent / "large.bin", 5 << 30)
-    made.content["buffers"] = [{"byteLength": len(made.data), "uri": "large.bin"}]
-    path.write_bytes(packed(made.content, b""))
+    asset.content["buffers"] = [{"byteLength": len(asset.data), "uri": "large.bin"}]
+    path.write_bytes(packed(asset.content, b""))
     return path
 
 
@@ -112,11 +112,11 @@ def test_what_unpacks_to_much_is_not_unpacked(tmp_path: Path, make: Callable, na
     path = make(tmp_path / name)
     tracemalloc.start()
     try:
-        said = told(path)
+        message = told(path)
         assert tracemalloc.get_traced_memory()[1] < MEMORY
     finally:
         tracemalloc.stop()
-    assert sentence in said
+    assert sentence in message
 
 
 # ---------------------------------------------------------------------------------------------- deep trees
@@ -188,9 +188,9 @@ def sparse(path: Path) -> None:
 
 
 NO_FILES = [
-    (device, "is no ordinary file but a device: save what it gives to a file"),
-    (pipe, "is no ordinary file but a pipe"),
-    (listening, "is no ordinary file but a socket"),
+    (device, "is not an ordinary file but a device: save what it gives to a file"),
+    (pipe, "is not an ordinary file but a pipe"),
+    (listening, "is not an ordinary file but a socket"),
     (Path.mkdir, "is a folder"),
     (sparse, "has 1,100 GB; files of up to 4.3 GB are read: cut it into parts"),
 ]

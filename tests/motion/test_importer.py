@@ -41,18 +41,18 @@ def written(motion: Motion, path, *, unit: float = 1.0, turn: np.ndarray | None 
 
 @pytest.mark.parametrize("unit", ["m", "cm", "mm", "dm", "cmu"])
 def test_units_are_found_by_the_size_of_the_body(walk, tmp_path, unit):
-    found = load(written(walk, tmp_path / "a.bvh", unit=UNITS[unit]))
-    assert found.findings.unit == (unit, UNITS[unit])
-    assert not found.findings.unit_told
-    np.testing.assert_allclose(found.motion.positions, walk.positions, atol=2e-4)
+    imported = load(written(walk, tmp_path / "a.bvh", unit=UNITS[unit]))
+    assert imported.findings.unit == (unit, UNITS[unit])
+    assert not imported.findings.unit_explicit
+    np.testing.assert_allclose(imported.motion.positions, walk.positions, atol=2e-4)
 
 
 @pytest.mark.parametrize(("unit", "metres"), [("inch", 0.0254), ("0.3048", 0.3048), ("mm", 0.001)])
 def test_a_unit_can_be_told(walk, tmp_path, unit, metres):
-    found = load(written(walk, tmp_path / "a.bvh", unit=metres), Reading(unit=unit))
-    assert found.findings.unit == (unit, metres)
-    assert found.findings.unit_told
-    np.testing.assert_allclose(found.motion.positions, walk.positions, atol=1e-3)
+    imported = load(written(walk, tmp_path / "a.bvh", unit=metres), Reading(unit=unit))
+    assert imported.findings.unit == (unit, metres)
+    assert imported.findings.unit_explicit
+    np.testing.assert_allclose(imported.motion.positions, walk.positions, atol=1e-3)
 
 
 @pytest.mark.parametrize("axis", UP_AXES)
@@ -60,12 +60,12 @@ def test_up_axes_are_found_from_feet_to_head(walk, tmp_path, axis):
     """Written with another axis up and read again: the same motion, exactly where it was."""
     turn = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[axis])))
     path = written(walk, tmp_path / "a.bvh", turn=turn)
-    for found in (load(path), load(path, Reading(up=axis))):
-        assert found.findings.up == axis
-        np.testing.assert_allclose(found.motion.positions, walk.positions, atol=1e-5)
-        assert found.motion.character.measures.root_offset == pytest.approx(1.0)
-        assert found.findings.floor == pytest.approx(lowest_foot(walk), abs=1e-5)
-    assert found.findings.up_told
+    for imported in (load(path), load(path, Reading(up=axis))):
+        assert imported.findings.up == axis
+        np.testing.assert_allclose(imported.motion.positions, walk.positions, atol=1e-5)
+        assert imported.motion.character.measures.root_offset == pytest.approx(1.0)
+        assert imported.findings.floor == pytest.approx(lowest_foot(walk), abs=1e-5)
+    assert imported.findings.up_explicit
 
 
 @pytest.mark.parametrize("axis", ["y", "z"])
@@ -96,11 +96,11 @@ def lowest_foot(motion: Motion) -> float:
 def test_frame_rate_and_name(walk, tmp_path):
     path = written(walk, tmp_path / "strange name.bvh")
     assert load(path).motion.character.name == "strange name"
-    found = load(path, fps=30.0, name="walker")
-    assert (found.motion.fps, found.motion.frames) == (30.0, FRAMES // 2)
-    assert (found.findings.fps, found.findings.frames) == (pytest.approx(60.0, rel=1e-4), FRAMES)
-    assert found.motion.character.name == "walker"
-    np.testing.assert_allclose(found.motion.positions, walk.positions[::2], atol=1e-5)
+    imported = load(path, fps=30.0, name="walker")
+    assert (imported.motion.fps, imported.motion.frames) == (30.0, FRAMES // 2)
+    assert (imported.findings.fps, imported.findings.frames) == (pytest.approx(60.0, rel=1e-4), FRAMES)
+    assert imported.motion.character.name == "walker"
+    np.testing.assert_allclose(imported.motion.positions, walk.positions[::2], atol=1e-5)
 
 
 def test_roles_can_be_told_by_a_table_or_a_file(walk, tmp_path):
@@ -136,10 +136,10 @@ def test_a_skeleton_without_any_known_joint_is_still_read(tmp_path):
     rope = Skeleton(("a", "b"), np.array([-1, 0]), np.array([[0.0, 0.0, 0.0], [0.0, 1.7, 0.0]]))
     pose = Character.of("rope", rope).motion(rotation.identity(1, 2), np.zeros((1, 3)), 25.0)
     bvh.write(path, pose, scale=100.0)
-    found = load(path)
-    assert found.findings.unit[0] == "cm"
-    assert found.motion.skeleton.bone_lengths[1] == pytest.approx(1.7)
-    assert set(found.motion.character.roles) == {None}
+    imported = load(path)
+    assert imported.findings.unit[0] == "cm"
+    assert imported.motion.skeleton.bone_lengths[1] == pytest.approx(1.7)
+    assert set(imported.motion.character.roles) == {None}
 
 
 REAL = {
@@ -164,8 +164,8 @@ REAL = {
 
 @pytest.mark.parametrize("file", REAL)
 def test_units_axes_and_rest_poses_of_real_files(real_data, file):
-    found = load(real_data / file).findings
+    findings = load(real_data / file).findings
     unit, up, pose = REAL[file]
-    assert (found.unit[0], found.up) == (unit, up)
-    assert found.rest_pose.startswith(pose)
-    assert 0.6 < found.height < 2.5
+    assert (findings.unit[0], findings.up) == (unit, up)
+    assert findings.rest_pose.startswith(pose)
+    assert 0.6 < findings.height < 2.5

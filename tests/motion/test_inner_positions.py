@@ -50,7 +50,7 @@ def places(path: Path, *, relative: bool = False) -> np.ndarray:
     """``(frames, joints, 3)`` in the world, by a plain loop over matrices."""
     document = bvh.parse(path)
     rows = document.values.reshape(document.frames, -1, 6)
-    found = np.zeros((document.frames, len(document.hierarchy), 3))
+    positions = np.zeros((document.frames, len(document.hierarchy), 3))
     turned = np.zeros((document.frames, len(document.hierarchy), 3, 3))
     for frame, row in enumerate(rows):
         for joint, parent in enumerate(document.hierarchy.parents):
@@ -58,26 +58,26 @@ def places(path: Path, *, relative: bool = False) -> np.ndarray:
             step = row[joint, :3] + (document.hierarchy.offsets[joint] if relative and joint else 0.0)
             above = turned[frame, parent] if joint else np.eye(3)
             turned[frame, joint] = above @ own
-            found[frame, joint] = (found[frame, parent] if joint else 0.0) + above @ step
-    return found
+            positions[frame, joint] = (positions[frame, parent] if joint else 0.0) + above @ step
+    return positions
 
 
 @pytest.mark.parametrize("relative", [False, True])
 def test_small_moves_are_dropped_and_told(tmp_path, relative):
     path = swaying(tmp_path / "a.bvh", relative=relative)
-    found = importer.load(path, Reading(unit="m"))
-    (warning,) = (each for each in found.findings.warnings if "against its parent" in each)
+    imported = importer.load(path, Reading(unit="m"))
+    (warning,) = (each for each in imported.findings.warnings if "against its parent" in each)
     assert "'Spine1' moves by up to 0.04 m" in warning
     assert "bones keep their length" in warning
     assert "choose" not in warning
-    off = np.linalg.norm(found.motion.positions - places(path, relative=relative), axis=2)
+    off = np.linalg.norm(imported.motion.positions - places(path, relative=relative), axis=2)
     assert f"joints by up to {off.max():.2g} m" in warning
     offsets = bvh.parse(path).hierarchy.offsets
-    np.testing.assert_allclose(found.motion.skeleton.offsets[1:], offsets[1:], atol=1e-9)
-    told = importer.load(path, Reading(unit="m", inner_positions="drop"))
-    assert not any("against" in each for each in told.findings.warnings)
-    assert any("against" in each for each in told.findings.notes)
-    np.testing.assert_array_equal(told.motion.rotations, found.motion.rotations)
+    np.testing.assert_allclose(imported.motion.skeleton.offsets[1:], offsets[1:], atol=1e-9)
+    explicit = importer.load(path, Reading(unit="m", inner_positions="drop"))
+    assert not any("against" in each for each in explicit.findings.warnings)
+    assert any("against" in each for each in explicit.findings.notes)
+    np.testing.assert_array_equal(explicit.motion.rotations, imported.motion.rotations)
 
 
 def test_large_moves_ask_to_choose(tmp_path):
@@ -107,18 +107,18 @@ def test_baked_rotations_come_nearer_to_where_joints_are(tmp_path):
 @pytest.mark.parametrize("relative", [False, True])
 def test_kept_positions_are_written_back(tmp_path, relative):
     path = swaying(tmp_path / "a.bvh", relative=relative)
-    kept = importer.load(path, Reading(unit="m", inner_positions="keep"))
-    assert writing.write(tmp_path / "b.bvh", kept.motion, kept, kept.places) == ()
+    imported = importer.load(path, Reading(unit="m", inner_positions="keep"))
+    assert writing.write(tmp_path / "b.bvh", imported.motion, imported, imported.places) == ()
     np.testing.assert_allclose(
         places(tmp_path / "b.bvh", relative=relative), places(path, relative=relative), atol=1e-5
     )
     dropped = importer.load(path, Reading(unit="m"))
     assert dropped.places is None
     writing.write(tmp_path / "c.bvh", dropped.motion, dropped)
-    found = places(tmp_path / "c.bvh", relative=relative)
-    np.testing.assert_allclose(found, dropped.motion.positions, atol=1e-5)
+    positions = places(tmp_path / "c.bvh", relative=relative)
+    np.testing.assert_allclose(positions, dropped.motion.positions, atol=1e-5)
     halved = importer.load(path, Reading(unit="m", inner_positions="keep"), fps=15.0)
-    np.testing.assert_allclose(halved.places, kept.places[::2])
+    np.testing.assert_allclose(halved.places, imported.places[::2])
 
 
 @pytest.mark.filterwarnings("ignore:.*copy_rotations is worse", "ignore:.*above the floor")
@@ -140,14 +140,14 @@ def test_kept_positions_go_to_the_same_body_and_no_other(tmp_path):
 
 
 def test_glb_files_go_the_same_way(tmp_path):
-    made = person(np.random.default_rng(3))
+    asset = person(np.random.default_rng(3))
     times = np.arange(12) / 30
-    place = np.array(made.content["nodes"][5]["translation"])
+    place = np.array(asset.content["nodes"][5]["translation"])
     away = place + 0.03 * np.sin(times[:, None] * 9) * [1, 0, 0]
-    made.animate("stretch", {(5, "translation"): (times, away)})
-    path = made.save(tmp_path / "a.glb")
-    found = importer.load(path, Reading(take="stretch"))
-    assert any("'LeftArm' moves by up to 0.029" in each for each in found.findings.warnings)
+    asset.animate("stretch", {(5, "translation"): (times, away)})
+    path = asset.save(tmp_path / "a.glb")
+    imported = importer.load(path, Reading(take="stretch"))
+    assert any("'LeftArm' moves by up to 0.029" in each for each in imported.findings.warnings)
     kept = importer.load(path, Reading(take="stretch", inner_positions="keep"))
     writing.write(tmp_path / "b.glb", kept.motion, kept, kept.places)
     again = importer.load(tmp_path / "b.glb", Reading(inner_positions="keep"))
@@ -168,32 +168,32 @@ def test_bones_keep_what_is_stated_only_where_it_is_meant():
 
 def test_the_command_keeps_them_on_the_same_body_and_says_where_it_cannot(tmp_path, capsys):
     path, still = swaying(tmp_path / "a.bvh"), swaying(tmp_path / "still.bvh", sway=0 * SWAY)
-    asked = ["retarget", f"{path}[unit=m,inner_positions=keep]", "-m", "copy_rotations"]
+    arguments = ["retarget", f"{path}[unit=m,inner_positions=keep]", "-m", "copy_rotations"]
     with pytest.raises(SystemExit) as stop:
-        cli.main([*asked, "--target", f"{still}[unit=m]", "-o", str(tmp_path / "b.bvh")])
+        cli.main([*arguments, "--target", f"{still}[unit=m]", "-o", str(tmp_path / "b.bvh")])
     assert not stop.value.code, capsys.readouterr()
     np.testing.assert_allclose(places(tmp_path / "b.bvh"), places(path), atol=1e-5)
     plain = tmp_path / "plain.bvh"
     bvh.write(plain, importer.load(still, Reading(unit="m")).motion)  # position channels of the root alone
     with pytest.raises(SystemExit) as stop:
-        cli.main([*asked, "--target", f"{plain}[unit=m]", "-o", str(tmp_path / "c.bvh")])
+        cli.main([*arguments, "--target", f"{plain}[unit=m]", "-o", str(tmp_path / "c.bvh")])
     assert not stop.value.code
-    told = capsys.readouterr().err.replace("\n", " ")
-    assert "no position channels in the target's file, so positions are left out: Spine1" in told
+    output = capsys.readouterr().err.replace("\n", " ")
+    assert "no position channels in the target's file, so positions are left out: Spine1" in output
 
 
 @pytest.mark.parametrize("way", ["keep", "bake", "auto"])
 def test_nothing_is_said_of_what_the_targets_own_motion_does(tmp_path, capsys, way):
     """Of a target only its body is used, so that its motion needs no choice."""
     path, target = swaying(tmp_path / "a.bvh"), swaying(tmp_path / "target.bvh", sway=3 * SWAY)
-    asked = ["retarget", f"{path}[unit=m,inner_positions={way}]", "-m", "copy_rotations"]
-    asked += ["--target", f"{target}[unit=m]", "-o", str(tmp_path / "b.bvh")]
+    arguments = ["retarget", f"{path}[unit=m,inner_positions={way}]", "-m", "copy_rotations"]
+    arguments += ["--target", f"{target}[unit=m]", "-o", str(tmp_path / "b.bvh")]
     with pytest.raises(SystemExit) as stop:
-        cli.main(asked)
-    told = capsys.readouterr()
-    assert not stop.value.code, told
-    assert "target.bvh: 'Spine1'" not in told.err
-    assert ("a.bvh: 'Spine1' moves" in told.err) == (way == "auto")
+        cli.main(arguments)
+    output = capsys.readouterr()
+    assert not stop.value.code, output
+    assert "target.bvh: 'Spine1'" not in output.err
+    assert ("a.bvh: 'Spine1' moves" in output.err) == (way == "auto")
     with pytest.raises(SystemExit):
         cli.main(["doctor", f"{target}[unit=m]"])
     assert "say inner_positions=" in capsys.readouterr().out, "where it is asked for, it is told"
@@ -205,12 +205,12 @@ def test_the_folder_data_set_says_once_for_each_body_what_it_drops(tmp_path):
         for clip in ("one", "two"):
             swaying(tmp_path / name / f"{clip}.bvh", sway=SWAY * (name == "b"))
     folder = Folder(str(tmp_path), unit="m")
-    told = [note for note in folder.notes if "against its parent" in note]
-    assert len(told) == 1
-    assert told[0].startswith(
+    notes = [note for note in folder.notes if "against its parent" in note]
+    assert len(notes) == 1
+    assert notes[0].startswith(
         "b, one.bvh: 'Spine1' moves by up to 0.04 m against its parent (1 joint does)"
     )
-    assert told[0].endswith("(inner_positions=bake fits rotations to that)")
-    assert told[0] in Folder(str(tmp_path), unit="m", protocol="train").training_notes
+    assert notes[0].endswith("(inner_positions=bake fits rotations to that)")
+    assert notes[0] in Folder(str(tmp_path), unit="m", protocol="train").training_notes
     for way in ("drop", "bake"):
         assert not [n for n in Folder(str(tmp_path), unit="m", inner_positions=way).notes if "parent" in n]

@@ -69,9 +69,9 @@ def test_an_elbow_bent_by_a_right_angle(shared):
     turns = rotation.identity(1, 3)
     turns[0, 1] = rotation.from_rotation_vector(np.array([0.0, 0.0, np.pi / 2]))
     skin = mesh.skinned(body.motion(turns, np.array([[1.0, 2.0, 3.0]]), 30.0))
-    wanted = np.array([[1.0, 2.0, 3.0], [1.45, 2.0, 3.0], [1.45, 2.5, 3.0]])
+    expected = np.array([[1.0, 2.0, 3.0], [1.45, 2.0, 3.0], [1.45, 2.5, 3.0]])
     np.testing.assert_allclose(
-        joint_positions(mesh, body.skeleton, skin)[0], wanted, atol=2e-3 * shared + 1e-7
+        joint_positions(mesh, body.skeleton, skin)[0], expected, atol=2e-3 * shared + 1e-7
     )
 
 
@@ -79,5 +79,5 @@ def test_no_frame_and_no_flesh_at_the_root():
     body, mesh = two_boxes(0.0)
     assert joint_positions(mesh, body.skeleton, np.zeros((0, 16, 3))).shape == (0, 3, 3)
     only_second = replace(mesh, weights=np.tile([0.0, 1.0, 0.0], (16, 1)))
-    found = joint_positions(only_second, body.skeleton, mesh.vertices[None] + (0.0, 1.0, 0.0))
-    np.testing.assert_allclose(found[0], mesh.bound(body.skeleton)[0] + (0.0, 1.0, 0.0), atol=1e-9)
+    positions = joint_positions(only_second, body.skeleton, mesh.vertices[None] + (0.0, 1.0, 0.0))
+    np.testing.assert_allclose(positions[0], mesh.bound(body.skeleton)[0] + (0.0, 1.0, 0.0), atol=1e-9)

@@ -150,11 +150,11 @@ def test_gradients_agree_with_recorded_ones(frames: int, wanted: str) -> None:
 
     leaves = [each.requires_grad_() for each in tensors(q, root, body.offsets)]
     places, turned = kinematics_torch.forward(Tree.of(body), leaves[2], leaves[0], leaves[1])
-    ours = torch.autograd.grad(loss(places, rotation.to_matrix(turned)), leaves, allow_unused=True)
+    own = torch.autograd.grad(loss(places, rotation.to_matrix(turned)), leaves, allow_unused=True)
     expected = torch.autograd.grad(
         loss(*recorded(body, leaves[2], leaves[0], leaves[1])), leaves, allow_unused=True
     )
-    for a, b in zip(ours, expected, strict=True):
+    for a, b in zip(own, expected, strict=True):
         if b is None or not b.any():
             assert a is None or not a.any()
         else:

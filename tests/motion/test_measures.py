@@ -66,18 +66,23 @@ def test_tips_count_for_extent_and_hip_height_but_not_for_chains():
         skeleton.offsets,
         (EndSite(foot, (0.0, -0.03, 0.0)), EndSite(head, (0.0, 0.5, 0.0))),
     )
-    found = Character.of("t", tipped).measures
-    assert found.h4 == pytest.approx(BY_HAND.h4 + 0.53)
-    assert found.hip_height == pytest.approx(BY_HAND.hip_height + 0.03)
-    assert (found.height, found.h1) == (pytest.approx(BY_HAND.height), pytest.approx(BY_HAND.h1))
+    measures = Character.of("t", tipped).measures
+    assert measures.h4 == pytest.approx(BY_HAND.h4 + 0.53)
+    assert measures.hip_height == pytest.approx(BY_HAND.hip_height + 0.03)
+    assert (measures.height, measures.h1) == (pytest.approx(BY_HAND.height), pytest.approx(BY_HAND.h1))
 
 
 def test_a_skeleton_that_is_no_body_is_measured_along_its_chains():
     rope = Skeleton(("a", "b", "c"), np.array([-1, 0, 1]), np.array([[0.0, 9, 0], [0, 0, 1], [0, 2, 0]]))
-    found = measure(rope, find(rope), rotation.identity(3))
-    assert found.height == found.h1 == pytest.approx(3.0)
-    assert found.h4 == pytest.approx(2.0)
-    assert (found.leg_length, found.arm_length, found.hip_height, found.hip_width) == (0, 0, 0, 0)
+    measures = measure(rope, find(rope), rotation.identity(3))
+    assert measures.height == measures.h1 == pytest.approx(3.0)
+    assert measures.h4 == pytest.approx(2.0)
+    assert (measures.leg_length, measures.arm_length, measures.hip_height, measures.hip_width) == (
+        0,
+        0,
+        0,
+        0,
+    )
 
 
 # ------------------------------------------------------------------------- against the hierarchy's text
@@ -127,14 +132,14 @@ def test_mixamo_heights_are_sums_over_the_text(real_data, file):
     parents, offsets = offsets_in_text(real_data / file)
     toe, head = MIXAMO[file]
     skeleton = bvh.read(real_data / file, scale=0.01).skeleton
-    found = Character.of("x", skeleton).measures
+    measures = Character.of("x", skeleton).measures
     h1 = up_the_tree(parents, offsets, toe, "Hips") + up_the_tree(parents, offsets, head, "Hips")
     h2 = up_the_tree(parents, offsets, "Head", "Hips")
     h2 += up_the_tree(parents, offsets, "LeftToeBase", "LeftUpLeg")
-    assert found.h1 == pytest.approx(h1 / 100, rel=1e-9)
-    assert found.height == pytest.approx(h1 / 100, rel=1e-9)
-    assert found.h2 == pytest.approx(h2 / 100, rel=1e-9)
-    assert found.root_offset == pytest.approx(offsets["Hips"][1] / 100, rel=1e-9)
+    assert measures.h1 == pytest.approx(h1 / 100, rel=1e-9)
+    assert measures.height == pytest.approx(h1 / 100, rel=1e-9)
+    assert measures.h2 == pytest.approx(h2 / 100, rel=1e-9)
+    assert measures.root_offset == pytest.approx(offsets["Hips"][1] / 100, rel=1e-9)
 
 
 def test_heights_of_other_rigs(real_data):
@@ -142,9 +147,9 @@ def test_heights_of_other_rigs(real_data):
     lafan = bvh.read(real_data / "lafan1/Lafan1_example.bvh", scale=0.01).skeleton
     leg = 10.711 + 43.500 + 42.372 + 17.300
     trunk = 7.377 + 12.588 + 12.343 + 25.833 + 11.767
-    found = measure(lafan, find(lafan), reference_pose(lafan, find(lafan)))
-    assert found.height == pytest.approx((leg + trunk) / 100, abs=1e-4)
+    measures = measure(lafan, find(lafan), reference_pose(lafan, find(lafan)))
+    assert measures.height == pytest.approx((leg + trunk) / 100, abs=1e-4)
     dog = bvh.read(real_data / "dog/Dog_example.bvh", scale=0.01).skeleton
     hind = 10.840 + 16.0 + 18.0
-    found = measure(dog, find(dog), reference_pose(dog, find(dog)))
-    assert found.height == pytest.approx((hind + 19.0 + 22.508 + 14.0) / 100, abs=1e-4)
+    measures = measure(dog, find(dog), reference_pose(dog, find(dog)))
+    assert measures.height == pytest.approx((hind + 19.0 + 22.508 + 14.0) / 100, abs=1e-4)

@@ -49,12 +49,12 @@ def test_it_is_linear_blend_skinning_over_more_frames_than_a_block():
     rest = motion.skeleton.rest_positions
     for frame in (0, 63, 64, 129):
         for vertex in range(9):
-            wanted = np.zeros(3)
+            expected = np.zeros(3)
             for joint in range(3):
                 turn = rotation.to_matrix(motion.global_rotations[frame, joint])
                 place = motion.positions[frame, joint] + turn @ (mesh.vertices[vertex] - rest[joint])
-                wanted += mesh.weights[vertex, joint] * place
-            np.testing.assert_allclose(mesh.skinned(motion)[frame, vertex], wanted, atol=1e-12)
+                expected += mesh.weights[vertex, joint] * place
+            np.testing.assert_allclose(mesh.skinned(motion)[frame, vertex], expected, atol=1e-12)
 
 
 def test_a_motion_of_the_whole_body_moves_the_mesh_rigidly():

@@ -26,11 +26,11 @@ def test_it_agrees_with_libigl_on_a_body_whatever_the_bounding_boxes_leave_out()
     lower = np.array(
         [role.endswith(("_forearm", "_hand", "_leg", "_foot")) and "_up_" not in role for role in roles]
     )
-    wanted = np.zeros_like(found)
+    expected = np.zeros_like(found)
     for name in set(limb) - {"rest"}:  # tubes are closed, so that no cut has to be
         others = person.mesh.faces[limb[person.mesh.faces[:, 0]] != name]
         tested = (limb == name) & lower
         for frame in range(motion.frames):
             turns = igl.winding_number(vertices[frame], others, vertices[frame][tested])
-            wanted[frame, tested] = turns > 0.5
-    np.testing.assert_array_equal(found, wanted)
+            expected[frame, tested] = turns > 0.5
+    np.testing.assert_array_equal(found, expected)

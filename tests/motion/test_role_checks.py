@@ -84,15 +84,15 @@ def saved(path: Path, roles: Mapping[str, str]) -> Path:
 def test_a_wrong_map_is_told_in_a_line_and_used(file: Path, tmp_path: Path, kind: str) -> None:
     wrong: Callable[[], dict[str, str]] = WRONG[kind][0]
     roles = saved(tmp_path / "roles.toml", wrong())
-    found = load(file, Reading(roles=roles)).findings
-    told = [each for each in found.doubts if each.startswith("roles look wrong: ")]
-    assert len(told) == 1
-    assert "\n" not in told[0]
-    assert told[0].endswith("correct the table of roles")
+    findings = load(file, Reading(roles=roles)).findings
+    doubts = [each for each in findings.doubts if each.startswith("roles look wrong: ")]
+    assert len(doubts) == 1
+    assert "\n" not in doubts[0]
+    assert doubts[0].endswith("correct the table of roles")
     for word in WRONG[kind][1]:
-        assert word in told[0]
+        assert word in doubts[0]
     for name, role in wrong().items():
-        assert role == "none" or dict(found.joints)[name] == role
+        assert role == "none" or dict(findings.joints)[name] == role
 
 
 def test_the_commands_say_so(file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -103,18 +103,18 @@ def test_the_commands_say_so(file: Path, tmp_path: Path, capsys: pytest.CaptureF
 
     roles, out = saved(tmp_path / "roles.toml", exchanged("left", "right")), tmp_path / "out.bvh"
     source = shutil.copy(file, tmp_path / "source.bvh")
-    told = run("doctor", f"{file}[roles={roles}]")
-    assert "roles look wrong: left_arm and right_arm are on the other side" in told
-    told = run("retarget", source, "--target", f"{file}[roles={roles}]", "-o", out)
-    assert told.count("roles look wrong") == 1
-    assert f"{file}: roles look wrong" in told, "the file is named whose roles are wrong"
+    output = run("doctor", f"{file}[roles={roles}]")
+    assert "roles look wrong: left_arm and right_arm are on the other side" in output
+    output = run("retarget", source, "--target", f"{file}[roles={roles}]", "-o", out)
+    assert output.count("roles look wrong") == 1
+    assert f"{file}: roles look wrong" in output, "the file is named whose roles are wrong"
     assert out.exists(), "nothing is refused because of it"
 
 
 def test_right_maps_are_not_doubted(file: Path, tmp_path: Path) -> None:
     for roles in (ROLES, {"Head": "head"}, {"LeftToe_End": "none"}):
-        found = load(file, Reading(roles=saved(tmp_path / "roles.toml", roles))).findings
-        assert not [each for each in found.doubts if "roles" in each]
+        findings = load(file, Reading(roles=saved(tmp_path / "roles.toml", roles))).findings
+        assert not [each for each in findings.doubts if "roles" in each]
 
 
 def test_mirrored_names_may_be_corrected() -> None:

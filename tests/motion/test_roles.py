@@ -82,7 +82,7 @@ def test_3ds_max_biped():
 
 
 def test_asf_names_with_the_side_run_into_them():
-    found = roles_of("""
+    roles = roles_of("""
 root
   lhipjoint
     lfemur
@@ -107,20 +107,20 @@ root
                   lfingers
                 lthumb
 """)
-    assert [found[n] for n in ("lowerback", "upperback", "thorax")] == ["spine_1", "spine_2", "spine_3"]
-    assert [found[name] for name in ("lowerneck", "upperneck")] == ["neck_1", "neck_2"]
-    assert found["root"] == "hips"
-    assert found["lfemur"] == "left_up_leg"
-    assert found["ltoes"] == "left_toe"
-    assert found["lhumerus"] == "left_arm"
-    assert found["lwrist"] == "left_hand"
-    assert "lhand" not in found
-    assert "lhipjoint" not in found
+    assert [roles[n] for n in ("lowerback", "upperback", "thorax")] == ["spine_1", "spine_2", "spine_3"]
+    assert [roles[name] for name in ("lowerneck", "upperneck")] == ["neck_1", "neck_2"]
+    assert roles["root"] == "hips"
+    assert roles["lfemur"] == "left_up_leg"
+    assert roles["ltoes"] == "left_toe"
+    assert roles["lhumerus"] == "left_arm"
+    assert roles["lwrist"] == "left_hand"
+    assert "lhand" not in roles
+    assert "lhipjoint" not in roles
 
 
 def test_the_tree_checks_the_names():
     """An arm that hangs below a leg, and a costume's collar, are not believed."""
-    found = roles_of("""
+    roles = roles_of("""
 Hips
   LeftUpLeg
     LeftLeg
@@ -136,14 +136,14 @@ Hips
         LeftForeArm
     Head
 """)
-    assert found["LeftShoulder"] == "left_shoulder"
-    assert found["LeftArm"] == "left_arm"
-    assert "LeftHand" not in found
-    assert "Left_Collar" not in found
+    assert roles["LeftShoulder"] == "left_shoulder"
+    assert roles["LeftArm"] == "left_arm"
+    assert "LeftHand" not in roles
+    assert "Left_Collar" not in roles
 
 
 def test_hips_are_what_carries_legs_and_spine_whatever_it_is_called():
-    found = roles_of("""
+    roles = roles_of("""
 Armature
   Centre
     Hips
@@ -154,8 +154,8 @@ Armature
     Spine
       Head
 """)
-    assert found["Centre"] == "hips"
-    assert "Hips" not in found
+    assert roles["Centre"] == "hips"
+    assert "Hips" not in roles
 
 
 def test_overrides_win_and_move_the_rest():

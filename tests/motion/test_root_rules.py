@@ -14,8 +14,8 @@ def test_a_constant_speed_adds_up_to_that_of_the_memory(fps):
     frames = int(8 * MEMORY * fps)
     times = np.arange(1, frames + 1) / fps
     found = fading(np.full((frames, 1), 0.5 / fps), fps)[:, 0]
-    wanted = 0.5 * MEMORY * (1.0 - np.exp(-times / MEMORY))
-    np.testing.assert_allclose(found, wanted, atol=0.5 / fps)
+    expected = 0.5 * MEMORY * (1.0 - np.exp(-times / MEMORY))
+    np.testing.assert_allclose(found, expected, atol=0.5 / fps)
 
 
 def test_a_single_step_fades_to_a_share_of_e():
@@ -28,11 +28,11 @@ def test_a_single_step_fades_to_a_share_of_e():
 
 def test_chunks_give_exactly_what_the_whole_gives():
     steps = np.random.default_rng(0).normal(size=(50, 2, 3))
-    whole, before, parts = fading(steps, 30.0), 0.0, []
+    complete, before, parts = fading(steps, 30.0), 0.0, []
     for part in (steps[:1], steps[1:20], steps[20:]):
         parts.append(fading(part, 30.0, before))
         before = parts[-1][-1]
-    np.testing.assert_array_equal(np.concatenate(parts), whole)
+    np.testing.assert_array_equal(np.concatenate(parts), complete)
 
 
 def test_a_relative_path_begins_at_the_source_s_and_cannot_leave_it():

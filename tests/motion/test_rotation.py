@@ -24,12 +24,6 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0)
 HALF_TURNS = [(0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.6, 0.0, -0.8), (-0.0, 0.0, 0.0, -1.0)]
 
 numbers = st.floats(-1, 1, width=64)
-vectors = arrays(np.float64, 3, elements=numbers)
-quaternions = (
-    arrays(np.float64, 4, elements=numbers)
-    .filter(lambda q: np.linalg.norm(q) > 1e-3)
-    .map(lambda q: q / np.linalg.norm(q))
-)
 # hypothesis shrinks to and samples at the ends: tiny angles, and angles close to a half turn
 magnitudes = st.one_of(
     st.floats(0, np.pi), st.floats(0, 1e-7), st.floats(0, 1e-7).map(lambda small: np.pi - small)
@@ -62,7 +56,8 @@ def test_products_and_conversions_agree_with_scipy() -> None:
     np.testing.assert_allclose(rotation.rotate(a, v), scipy(a).apply(v), atol=1e-14)
     np.testing.assert_allclose(rotation.to_matrix(a), scipy(a).as_matrix(), atol=1e-14)
     np.testing.assert_allclose(rotation.to_rotation_vector(a), scipy(a).as_rotvec(), atol=1e-14)
-    assert same_rotation(rotation.from_matrix(scipy(a).as_matrix()), a)
+    for turned in (a, np.array([IDENTITY, *HALF_TURNS])):
+        assert same_rotation(rotation.from_matrix(scipy(turned).as_matrix()), turned)
     turned = Rotation.from_rotvec(3 * v).as_quat(scalar_first=True)
     assert same_rotation(rotation.from_rotation_vector(3 * v), turned)
     np.testing.assert_allclose(rotation.angle(a, b), (scipy(a).inv() * scipy(b)).magnitude(), atol=1e-14)
@@ -101,19 +96,11 @@ def test_tensors_agree_with_roma() -> None:
 def test_gradients_agree_with_roma() -> None:
     v = torch.tensor(np.random.default_rng(8).normal(size=(50, 3)), requires_grad=True)
     weights = torch.tensor(np.random.default_rng(9).normal(size=(50, 3, 3)))
-    ours = rotation.to_matrix(rotation.from_rotation_vector(v))
-    theirs = roma.rotvec_to_rotmat(v)
-    (a,) = torch.autograd.grad((ours * weights).sum(), v)
-    (b,) = torch.autograd.grad((theirs * weights).sum(), v)
+    own = rotation.to_matrix(rotation.from_rotation_vector(v))
+    reference = roma.rotvec_to_rotmat(v)
+    (a,) = torch.autograd.grad((own * weights).sum(), v)
+    (b,) = torch.autograd.grad((reference * weights).sum(), v)
     torch.testing.assert_close(a, b)
-
-
-# --------------------------------------------------------------------------------------- laws, by case
-@given(q=quaternions, order=st.sampled_from(ORDERS))
-def test_conversions_round_trip(q: np.ndarray, order: str) -> None:
-    assert same_rotation(rotation.from_matrix(rotation.to_matrix(q)), q)
-    assert same_rotation(rotation.from_rotation_vector(rotation.to_rotation_vector(q)), q)
-    assert same_rotation(rotation.from_euler(rotation.to_euler(q, order), order), q)
 
 
 @given(axis=directions, magnitude=magnitudes)
@@ -158,13 +145,6 @@ def test_between_is_the_shortest_turn(u: np.ndarray, v: np.ndarray, flip: float)
         np.testing.assert_allclose(scipy(q).apply(unit(u)), unit(target), atol=1e-12)
         straight = np.arctan2(np.linalg.norm(np.cross(unit(u), unit(target))), unit(u) @ unit(target))
         assert scipy(q).magnitude() == pytest.approx(straight, abs=1e-7)
-
-
-@given(q=quaternions, p=quaternions, share=st.floats(0, 1))
-def test_slerp_goes_at_constant_speed(q: np.ndarray, p: np.ndarray, share: float) -> None:
-    whole = rotation.angle(q, p)
-    assert rotation.angle(q, rotation.slerp(q, p, share)) == pytest.approx(share * whole, abs=1e-9)
-    assert rotation.angle(rotation.slerp(q, p, share), p) == pytest.approx((1 - share) * whole, abs=1e-9)
 
 
 def test_continuous_only_changes_signs_and_leaves_no_jump() -> None:

@@ -47,5 +47,5 @@ def test_poses_go_where_the_points_are() -> None:
         np.testing.assert_allclose(each - each[0], pose - pose[0], atol=1e-12)
         assert each[:, 1].min() == pytest.approx(0.5 * frame[:, 1].min())
         middle = 0.5 * (each.min(axis=0) + each.max(axis=0))
-        wanted = 0.25 * (frame.min(axis=0) + frame.max(axis=0))
-        np.testing.assert_allclose(middle[[0, 2]], wanted[[0, 2]], atol=1e-12)
+        expected = 0.25 * (frame.min(axis=0) + frame.max(axis=0))
+        np.testing.assert_allclose(middle[[0, 2]], expected[[0, 2]], atol=1e-12)

@@ -39,8 +39,8 @@ def written(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Path:
 
 def off_surface(points: np.ndarray, vertices: np.ndarray, faces: np.ndarray) -> float:
     """Metres: the farthest that a point is from a surface, by trimesh."""
-    made = trimesh.Trimesh(vertices, faces, process=False)
-    return float(trimesh.proximity.closest_point_naive(made, points[::100].astype(float))[1].max())
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    return float(trimesh.proximity.closest_point_naive(mesh, points[::100].astype(float))[1].max())
 
 
 # ---------------------------------------------------------------------------------------------- formats
@@ -102,8 +102,8 @@ def test_written_frames_are_read_again(tmp_path, walk, mesh):
     skin = mesh.skinned(walk)
     write_frames(tmp_path / "out", skin, mesh.faces, ["a1", "a2", "a3", "a10"])
     assert [path.name for path in files_of(tmp_path / "out")] == ["a1.ply", "a2.ply", "a3.ply", "a10.ply"]
-    for frame, wanted in zip(frames_of(tmp_path / "out"), skin, strict=True):
-        assert np.array_equal(frame.vertices, wanted.astype(np.float32))
+    for frame, expected in zip(frames_of(tmp_path / "out"), skin, strict=True):
+        assert np.array_equal(frame.vertices, expected.astype(np.float32))
         assert np.array_equal(frame.faces, mesh.faces)
     with pytest.raises(FileError, match="is there"):
         write_frames(tmp_path / "out", skin, mesh.faces)
@@ -128,11 +128,11 @@ def test_unit_and_up_axis_are_found_in_a_t_pose(tmp_path, mesh, up, unit, scale)
 
 def test_what_the_user_says_stands(tmp_path, mesh):
     path = written(tmp_path / "body.ply", mesh.vertices, mesh.faces)
-    found = load_body(path, Reading(unit="0.5", up="z"))
+    imported = load_body(path, Reading(unit="0.5", up="z"))
     np.testing.assert_allclose(
-        found.character.mesh.vertices, 0.5 * mesh.vertices[:, [0, 2, 1]] * (1, 1, -1), atol=1e-6
+        imported.character.mesh.vertices, 0.5 * mesh.vertices[:, [0, 2, 1]] * (1, 1, -1), atol=1e-6
     )
-    assert found.findings.warnings == ()
+    assert imported.findings.warnings == ()
     for wrong in ({"unit": "foot"}, {"unit": "-1"}, {"up": "w"}):
         with pytest.raises(NotSupported, match="is not known; it is auto"):
             load_scan(path, Reading(**wrong))
@@ -140,8 +140,8 @@ def test_what_the_user_says_stands(tmp_path, mesh):
 
 def test_a_doubtful_size_is_told(tmp_path, mesh):
     path = written(tmp_path / "body.ply", mesh.vertices * 0.2, mesh.faces)
-    (told,) = load_scan(path).findings.warnings
-    assert "the unit is a guess: in m the body is" in told
+    (warning,) = load_scan(path).findings.warnings
+    assert "the unit is a guess: in m the body is" in warning
 
 
 # ----------------------------------------------------------------------------------------------- bad input

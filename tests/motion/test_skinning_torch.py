@@ -25,9 +25,9 @@ def in_torch(mesh: Mesh, motion: Motion, dtype: torch.dtype = torch.float32) -> 
 def test_both_versions_agree(posed):
     motion = moved(70)
     mesh = skin(motion.rotations[0] if posed else None)
-    wanted = mesh.skinned(motion)
-    assert np.abs(in_torch(mesh, motion).numpy() - wanted).max() < 1e-5
-    assert np.abs(in_torch(mesh, motion, torch.float64).numpy() - wanted).max() < 1e-12
+    expected = mesh.skinned(motion)
+    assert np.abs(in_torch(mesh, motion).numpy() - expected).max() < 1e-5
+    assert np.abs(in_torch(mesh, motion, torch.float64).numpy() - expected).max() < 1e-12
 
 
 def test_bodies_of_a_batch_are_moved_as_alone():

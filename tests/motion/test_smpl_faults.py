@@ -15,8 +15,6 @@ from retarget_bench.errors import BenchError
 from retarget_bench.motion import files, importer
 from retarget_bench.motion.files.reading import Reading
 
-FLIPS, MANY = 160, 5_000
-
 
 @pytest.mark.parametrize(
     ("change", "sentence"),
@@ -80,14 +78,14 @@ def test_whatever_is_doubtful_in_an_archive_is_said_and_read(tmp_path):
         "betas": np.arange(24).reshape(12, 2),
     }
     recording = files.read(archive(tmp_path / "a.npz", content))
-    said = " / ".join((*recording.notes, *recording.doubts))
+    text = " / ".join((*recording.notes, *recording.doubts))
     for part in (
         "states no 'trans'",
         "are they degrees?",
         "no gender that is known",
         "betas change from frame",
     ):
-        assert part in said
+        assert part in text
 
 
 @pytest.mark.parametrize(
@@ -138,9 +136,9 @@ def importer_said(path: Path, model: Path | None = None) -> str:
     """The sentence about a file, "" where it is read; whatever else is raised."""
     sentence = ""
     try:
-        found = importer.load(path, Reading(body_model=model)).motion
-        assert np.isfinite(found.positions).all()
-        assert model is None or np.isfinite(found.character.mesh.vertices).all()
+        motion = importer.load(path, Reading(body_model=model)).motion
+        assert np.isfinite(motion.positions).all()
+        assert model is None or np.isfinite(motion.character.mesh.vertices).all()
     except BenchError as error:
         sentence = str(error)
     assert "\n" not in sentence

@@ -41,10 +41,10 @@ def test_joints_and_skin_are_where_the_body_model_puts_them(tmp_path, random, fa
     joints, vertices = forward(body, family, content)
     np.testing.assert_allclose(places(recording), joints, atol=1e-12)
     assert recording.fps == 120.0
-    found = importer.load(file, Reading(body_model=tmp_path / "model.npz")).motion
+    motion = importer.load(file, Reading(body_model=tmp_path / "model.npz")).motion
     turn = rotation.from_rotation_vector(np.array(UP_AXES["z"]))  # Y up, from the file's Z up
-    np.testing.assert_allclose(found.positions, rotation.rotate(turn, joints), atol=1e-12)
-    skinned = found.character.mesh.skinned(found)
+    np.testing.assert_allclose(motion.positions, rotation.rotate(turn, joints), atol=1e-12)
+    skinned = motion.character.mesh.skinned(motion)
     np.testing.assert_allclose(skinned, rotation.rotate(turn, vertices), atol=1e-12)
 
 
@@ -75,32 +75,32 @@ def test_turns_are_rotation_vectors_about_joints_of_the_average_skeleton(tmp_pat
     content = parameters(random, SMPLH)
     content["poses"][:, 30:33] = [[3.0, 2.0, 1.0]]
     recording = files.read(archive(tmp_path / "a.npz", content))
-    wanted = Rotation.from_rotvec(content["poses"].reshape(-1, 3))
+    expected = Rotation.from_rotvec(content["poses"].reshape(-1, 3))
     turned = Rotation.from_quat(recording.rotations.reshape(-1, 4)[:, [1, 2, 3, 0]])
-    assert (wanted.inv() * turned).magnitude().max() < 1e-12
+    assert (expected.inv() * turned).magnitude().max() < 1e-12
     np.testing.assert_array_equal(recording.root, content["trans"])
     assert "an average skeleton: say body_model=FILE" in recording.doubts[0]
-    found = importer.load(tmp_path / "a.npz")
-    assert found.findings.rest_pose == "T-pose"
-    assert found.findings.up == "z"
-    assert 1.4 < found.findings.height < 1.8
+    imported = importer.load(tmp_path / "a.npz")
+    assert imported.findings.rest_pose == "T-pose"
+    assert imported.findings.up == "z"
+    assert 1.4 < imported.findings.height < 1.8
 
 
 def test_parts_of_poses_mean_the_same_as_all_of_them(tmp_path, random):
     content = parameters(random, SMPLX)
-    whole = files.read(archive(tmp_path / "whole.npz", content))
+    complete = files.read(archive(tmp_path / "whole.npz", content))
     poses = content.pop("poses")
     cut = {"root_orient": 3, "pose_body": 63, "pose_jaw": 3, "pose_eye": 6, "pose_hand": 90}
     parts = dict(zip(cut, np.split(poses, np.cumsum(list(cut.values()))[:-1], axis=1), strict=True))
-    found = files.read(archive(tmp_path / "parts.npz", content | parts))
-    np.testing.assert_array_equal(found.rotations, whole.rotations)
+    recording = files.read(archive(tmp_path / "parts.npz", content | parts))
+    np.testing.assert_array_equal(recording.rotations, complete.rotations)
     few = {"global_orient": parts["root_orient"], "body_pose": parts["pose_body"]}
     few |= {"transl": content["trans"], "betas": np.tile(content["betas"], (12, 1))}
-    found = files.read(archive(tmp_path / "few.npz", few))
-    assert found.skeleton.names == BODY.joints
-    np.testing.assert_array_equal(found.rotations, whole.rotations[:, :22])
-    assert found.fps == 30.0
-    assert any("mocap_framerate" in each and "rate=" in each for each in found.doubts)
+    recording = files.read(archive(tmp_path / "few.npz", few))
+    assert recording.skeleton.names == BODY.joints
+    np.testing.assert_array_equal(recording.rotations, complete.rotations[:, :22])
+    assert recording.fps == 30.0
+    assert any("mocap_framerate" in each and "rate=" in each for each in recording.doubts)
     body = archive(tmp_path / "model.npz", model(random, SMPLX, 170))
     dressed = files.read(tmp_path / "few.npz", Reading(body_model=str(body)))
     assert dressed.skeleton.names == SMPLX.joints
@@ -160,12 +160,12 @@ def test_the_rate_is_the_file_s_unless_it_is_told(tmp_path, random):
 def test_a_folder_of_body_models_is_searched_for_family_and_gender(tmp_path, random, name, family):
     content = parameters(random, family)
     folder = tmp_path / "models"
-    wanted = model(random, family, 170)
-    archive(folder / name, wanted)
+    expected = model(random, family, 170)
+    archive(folder / name, expected)
     for other in ("dmpls/female/model.npz", "SMPLX_MALE.npz", "smplh/male/model.npz", "SMPL_NEUTRAL.npz"):
         archive(folder / other, {"eigvec": np.zeros(3)})
-    found = files.read(archive(tmp_path / "a.npz", content), Reading(body_model=str(folder)))
-    np.testing.assert_allclose(places(found), forward(wanted, family, content)[0], atol=1e-12)
+    recording = files.read(archive(tmp_path / "a.npz", content), Reading(body_model=str(folder)))
+    np.testing.assert_allclose(places(recording), forward(expected, family, content)[0], atol=1e-12)
     with pytest.raises(FileError, match="has no male"):
         files.read(
             archive(tmp_path / "b.npz", content | {"gender": b"male"}), Reading(body_model=str(folder))
@@ -230,24 +230,25 @@ def joints() -> np.ndarray:
 
 def test_rotations_are_fitted_to_joint_positions(tmp_path, joints):
     np.save(tmp_path / "a.npy", joints.astype(np.float32))
-    found = importer.load(tmp_path / "a.npy")
-    np.testing.assert_allclose(found.motion.positions, joints, atol=1e-6)
-    assert (found.motion.fps, found.findings.up, found.findings.unit[0]) == (20.0, "y", "m")
+    imported = importer.load(tmp_path / "a.npy")
+    np.testing.assert_allclose(imported.motion.positions, joints, atol=1e-6)
+    assert (imported.motion.fps, imported.findings.up, imported.findings.unit[0]) == (20.0, "y", "m")
     assert any(
-        each.startswith("rotations were fitted to joint positions: less") for each in found.findings.notes
+        each.startswith("rotations were fitted to joint positions: less")
+        for each in imported.findings.notes
     )
-    assert any("say rate=30 for Motion-X" in each for each in found.findings.warnings)
-    told = importer.load(tmp_path / "a.npy", Reading(rate=30))
-    assert told.motion.fps == 30.0
-    assert not any("rate=" in each for each in told.findings.warnings)
+    assert any("say rate=30 for Motion-X" in each for each in imported.findings.warnings)
+    explicit = importer.load(tmp_path / "a.npy", Reading(rate=30))
+    assert explicit.motion.fps == 30.0
+    assert not any("rate=" in each for each in explicit.findings.warnings)
 
 
 @pytest.mark.parametrize("unit", [1.0, 100.0])
 def test_the_axes_and_unit_of_joint_positions_are_found(tmp_path, joints, unit):
     np.save(tmp_path / "a.npy", unit * joints[..., [0, 2, 1]] * [1, -1, 1])  # Z up
-    found = importer.load(tmp_path / "a.npy")
-    assert found.findings.up == "z"
-    np.testing.assert_allclose(found.motion.positions, joints, atol=1e-6)
+    imported = importer.load(tmp_path / "a.npy")
+    assert imported.findings.up == "z"
+    np.testing.assert_allclose(imported.motion.positions, joints, atol=1e-6)
 
 
 def test_bones_are_as_long_as_the_positions_show_and_lie_as_they_do(tmp_path, random):
@@ -256,11 +257,11 @@ def test_bones_are_as_long_as_the_positions_show_and_lie_as_they_do(tmp_path, ra
     offsets = np.array(skeleton.offsets) * random.uniform(0.7, 1.4, (22, 1))
     offsets[[1, 2, 3]] += 0.05 * random.normal(size=(3, 3))
     body = Character.of("body", type(skeleton)(skeleton.names, skeleton.parents, offsets))
-    wanted = danced(body)
-    np.save(tmp_path / "a.npy", wanted + 0.002 * random.normal(size=wanted.shape))
-    found = importer.load(tmp_path / "a.npy").motion
-    np.testing.assert_allclose(found.skeleton.bone_lengths[1:], body.skeleton.bone_lengths[1:], atol=2e-3)
-    assert np.linalg.norm(found.positions - wanted, axis=2).mean() < 0.003
+    expected = danced(body)
+    np.save(tmp_path / "a.npy", expected + 0.002 * random.normal(size=expected.shape))
+    motion = importer.load(tmp_path / "a.npy").motion
+    np.testing.assert_allclose(motion.skeleton.bone_lengths[1:], body.skeleton.bone_lengths[1:], atol=2e-3)
+    assert np.linalg.norm(motion.positions - expected, axis=2).mean() < 0.003
 
 
 @settings(max_examples=25, deadline=None)
@@ -271,22 +272,22 @@ def test_positions_come_back_from_features(seed, frames, turns):
     headings = np.cumsum(np.clip(turns * random.normal(size=frames + 1), -3, 3))
     found = joint_arrays.from_features(features(positions, headings))
     begins = Rotation.from_euler("y", -headings[0])
-    wanted = positions[:-1] - positions[0, 0] * [1, 0, 1]
-    wanted = begins.apply(wanted.reshape(-1, 3)).reshape(wanted.shape)
-    np.testing.assert_allclose(found, wanted, atol=1e-9)
+    expected = positions[:-1] - positions[0, 0] * [1, 0, 1]
+    expected = begins.apply(expected.reshape(-1, 3)).reshape(expected.shape)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
 def test_features_are_read_as_the_motion_that_they_were_made_of(tmp_path, joints):
     headings = np.cumsum(np.full(200, 0.03))
-    made = features(joints, headings)
-    np.save(tmp_path / "a.npy", made)
-    found = importer.load(tmp_path / "a.npy", Reading(rate=20))
-    assert found.findings.up_prescribed
-    assert found.findings.warnings == ()
+    columns = features(joints, headings)
+    np.save(tmp_path / "a.npy", columns)
+    imported = importer.load(tmp_path / "a.npy", Reading(rate=20))
+    assert imported.findings.up_prescribed
+    assert imported.findings.warnings == ()
     heading = Rotation.from_euler("y", -headings[0])
-    wanted = heading.apply((joints[:-1] - joints[0, 0] * [1, 0, 1]).reshape(-1, 3)).reshape(199, 22, 3)
-    np.testing.assert_allclose(found.motion.positions, wanted, atol=1e-6)
-    np.save(tmp_path / "b.npy", (made - made.mean(axis=0)) / made.std(axis=0))
+    expected = heading.apply((joints[:-1] - joints[0, 0] * [1, 0, 1]).reshape(-1, 3)).reshape(199, 22, 3)
+    np.testing.assert_allclose(imported.motion.positions, expected, atol=1e-6)
+    np.save(tmp_path / "b.npy", (columns - columns.mean(axis=0)) / columns.std(axis=0))
     warnings = importer.load(tmp_path / "b.npy").findings.warnings
     assert any("multiplied by Std and moved by Mean" in each for each in warnings)
 

@@ -38,8 +38,8 @@ def test_an_archive_in_and_out_is_the_same(tmp_path, random, family, modelled):
     content["poses"][:, 9:12] = [[3.0, 2.0, 1.0]]  # beyond half a turn
     file = archive(tmp_path / "a.npz", content)
     place = archive(tmp_path / "model.npz", model(random, family, 170)) if modelled else None
-    found = importer.load(file, Reading(body_model=place))
-    assert writing.write(tmp_path / "b.npz", found.motion, found) == ()
+    imported = importer.load(file, Reading(body_model=place))
+    assert writing.write(tmp_path / "b.npz", imported.motion, imported) == ()
     written = np.load(tmp_path / "b.npz", allow_pickle=False)
     assert differ(written["poses"], content["poses"]) < DEGREES
     np.testing.assert_allclose(written["trans"], content["trans"], atol=METRES)
@@ -47,7 +47,7 @@ def test_an_archive_in_and_out_is_the_same(tmp_path, random, family, modelled):
         np.testing.assert_array_equal(written[name], content[name])
     assert written["mocap_framerate"] == written["mocap_frame_rate"] == 120
     again = importer.load(tmp_path / "b.npz", Reading(body_model=place)).motion
-    np.testing.assert_allclose(again.positions, found.motion.positions, atol=METRES)
+    np.testing.assert_allclose(again.positions, imported.motion.positions, atol=METRES)
     if family is SMPLX:
         names = ("root_orient", "pose_body", "pose_jaw", "pose_eye", "pose_hand")
         whole = np.concatenate([written[name] for name in names], axis=1)
@@ -58,11 +58,11 @@ def test_a_lying_body_is_read_again_as_it_was_written(tmp_path, random):
     """The file says which axis is up, so that nothing has to be guessed from the body."""
     content = parameters(random)
     content["poses"][:, :3] = [0.1, 0.2, 0.3]
-    found = importer.load(archive(tmp_path / "a.npz", content), Reading(up="z"))
-    writing.write(tmp_path / "b.npz", found.motion, found)
+    imported = importer.load(archive(tmp_path / "a.npz", content), Reading(up="z"))
+    writing.write(tmp_path / "b.npz", imported.motion, imported)
     again = importer.load(tmp_path / "b.npz")
     assert (again.findings.up, again.findings.up_prescribed) == ("z", True)
-    np.testing.assert_allclose(again.motion.positions, found.motion.positions, atol=METRES)
+    np.testing.assert_allclose(again.motion.positions, imported.motion.positions, atol=METRES)
 
 
 @pytest.mark.parametrize("family", [BODY, SMPL, SMPLH, SMPLX], ids=lambda each: each.name)
@@ -101,9 +101,9 @@ def test_joints_of_other_names_are_found_by_role(tmp_path):
 
 
 def test_a_body_with_other_joints_is_refused_in_a_sentence(tmp_path, random):
-    found = importer.load(person(random, frames=4).save(tmp_path / "a.glb"))
+    imported = importer.load(person(random, frames=4).save(tmp_path / "a.glb"))
     with pytest.raises(FileError, match=r"not written: .* a lacks spine_2, spine_3.*choose \.bvh or \.glb"):
-        writing.write(tmp_path / "b.npz", found.motion, found)
+        writing.write(tmp_path / "b.npz", imported.motion, imported)
     assert not (tmp_path / "b.npz").exists()
     body = Character.of("me", average.skeleton(BODY))
     still = body.motion(rotation.identity(2, 22), np.full((2, 3), np.nan), 30.0)

@@ -75,9 +75,9 @@ def clip(real_data, file: str) -> Motion:
 def test_joints_order_and_places_on_mixamo(real_data, file, name):
     motion = clip(real_data, file)
     reduction = reduce(motion.character, name)
-    body, wanted = reduction.character, LISTS[name]
-    assert [each.rpartition(":")[2] for each in body.skeleton.names] == wanted[0]
-    assert body.skeleton.parents.tolist() == wanted[1]
+    body, expected = reduction.character, LISTS[name]
+    assert [each.rpartition(":")[2] for each in body.skeleton.names] == expected[0]
+    assert body.skeleton.parents.tolist() == expected[1]
     reduced = reduction.apply(motion)
     np.testing.assert_allclose(reduced.positions, motion.positions[:, list(reduction.joints)], atol=2e-8)
     assert deviation(reduction, motion) < 2e-8
@@ -103,8 +103,8 @@ def test_body22_of_any_two_legged_rig(real_data, file, count):
     body = reduction.character
     assert len(body.skeleton) == count
     assert [role for role in BODY22 if role in body.roles] == list(body.roles)
-    ours, theirs = relative(reduction.apply(motion)), relative(motion)[:, list(reduction.joints)]
-    assert rotation.angle(ours, theirs).max() < 1e-7
+    own, theirs = relative(reduction.apply(motion)), relative(motion)[:, list(reduction.joints)]
+    assert rotation.angle(own, theirs).max() < 1e-7
     assert deviation(reduction, motion) < 0.02
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.motion import bvh
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
+from tests.engine.small_plans import asked
 from tests.in_process import run_here
 from tests.viewing.viewing_toys.toy_moves import DOG, PERSON, body, moving
 
@@ -44,11 +44,6 @@ def write(root: Path, bodies: Mapping[str, dict], clips: Mapping[str, int]) -> N
 def ran(folder: Path, root: Path, methods: Iterable[str], splits: tuple[str, ...]) -> list[ResultPaths]:
     """Results of methods on such a folder."""
     registry.add_file(HERE / "report_toys" / "odd_answers.py")
-    plan = Plan(
-        methods=tuple(map(Spec.parse, methods)),
-        datasets=(Spec("folder", {"root": str(folder)}),),
-        splits=splits,
-        metrics=("position", "slide", "smoothness"),
-        out=root,
-    )
-    return run_here(plan)
+    data = str(Spec("folder", {"root": str(folder)}))
+    metrics = ("position", "slide", "smoothness")
+    return run_here(asked(root, *methods, data=data, splits=splits, metrics=metrics))

@@ -8,10 +8,9 @@ from pathlib import Path
 from click.testing import CliRunner
 
 from retarget_bench.cli import group
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
+from tests.engine.small_plans import asked
 from tests.in_process import run_here
 
 HERE = Path(__file__).parent
@@ -23,14 +22,9 @@ def ran(root: Path) -> list[ResultPaths]:
     """Results of three toy methods: one refuses all bodies, one is called ``LABEL``."""
     registry.add_file(HERE.parent / "engine" / "toys" / "toy_method.py")
     registry.add_file(HERE / "report_toys" / "odd_moves.py")
-    plan = Plan(
-        methods=tuple(Spec.parse(f"toy_method[does={does}]") for does in ("noise", "positions", "picky")),
-        datasets=(Spec.parse("odd_moves"),),
-        splits=("intra", "cross"),
-        metrics=("position", "growth", "pan_contact"),
-        out=root,
-    )
-    places = run_here(plan)
+    methods = [f"toy_method[does={does}]" for does in ("noise", "positions", "picky")]
+    about = {"splits": ("intra", "cross"), "metrics": ("position", "growth", "pan_contact")}
+    places = run_here(asked(root, *methods, data="odd_moves", **about))
     for place in places:
         header = json.loads(place.header.read_text(encoding="utf-8"))
         if "positions" in header["method"]["label"]:
@@ -46,5 +40,7 @@ def report(*arguments: object) -> str:
 
 def bench(*arguments: object) -> str:
     """Any command, likewise."""
-    done = CliRunner().invoke(group, [*map(str, arguments)], catch_exceptions=False, standalone_mode=False)
-    return done.output
+    result = CliRunner().invoke(
+        group, [*map(str, arguments)], catch_exceptions=False, standalone_mode=False
+    )
+    return result.output

@@ -24,7 +24,7 @@ from retarget_bench.viewer.scene import Scene, figure_of
 from tests.engine import stored
 from tests.motion.tubes import fleshed, hand_to_belly
 from tests.report.odd_runs import LABEL, report
-from tests.report.report_toys.odd_moves import BODIES, CLIPS
+from tests.report.report_toys.odd_moves import BODIES, CLIPS, JOINTS
 
 KNOWN = re.findall(
     r"\w+",
@@ -73,7 +73,7 @@ def data(tags):
 def test_names_are_text_and_nothing_else(tags):
     assert {tag for tag, _ in tags.tags} <= set(KNOWN)
     assert not [a for _, attributes in tags.tags for a in attributes if a.startswith("on")]
-    for name in (*map(printable, BODIES), *CLIPS.values(), LABEL):
+    for name in (*map(printable, BODIES), *CLIPS.values(), *JOINTS, LABEL):
         assert name in tags.text or any(name in v for _, each in tags.tags for v in each.values())
     assert "49" not in re.findall(r"it's (\S+)", tags.text)
 
@@ -109,13 +109,13 @@ def test_the_page_holds_the_numbers_of_the_results(results, data):
             for row in csv.DictReader(file):
                 if row["value_id"] == "mpjpe_h.world":
                     rows[place.split, printable(label)][printable(row["case"])] = float(row["value"])
-    seen = 0
+    count = 0
     for split in data["chapters"][0]["splits"]:
         for label, numbers in zip(split["methods"], split["numbers"]["mpjpe_h.world"], strict=True):
-            told = {c["id"]: n for c, n in zip(split["cases"], numbers, strict=True) if n is not None}
-            assert told == pytest.approx(rows[split["name"], label], rel=5e-4)
-            seen += len(told)
-    assert seen > 20
+            shown = {c["id"]: n for c, n in zip(split["cases"], numbers, strict=True) if n is not None}
+            assert shown == pytest.approx(rows[split["name"], label], rel=5e-4)
+            count += len(shown)
+    assert count > 20
 
 
 def test_squares_and_kinds_are_means_over_clips(results, tags):
@@ -124,16 +124,16 @@ def test_squares_and_kinds_are_means_over_clips(results, tags):
     picks = [each for _, each in tags.tags if each.get("data-split") == split.name and "aria-label" in each]
     squares = [each for each in picks if " to " in each["aria-label"] and each["data-method"] == LABEL]
     assert len(squares) == 3
-    numbers = values.common_numbers(split.matrix, split.main.id)
+    numbers, _, _ = values.common_numbers(split.matrix, split.main.id)
     for each in squares:
         source, target = each["aria-label"].split(f"{split.name}, ")[1].split(": ")[0].split(" to ")
-        found = [
+        errors = [
             n
             for n, info in zip(numbers[split.labels.index(LABEL)], split.matrix.cases, strict=True)
             if (printable(info.source), printable(info.target)) == (source, target)
         ]
-        told = float(re.search(r": ([\d.]+) % of height", each["aria-label"])[1])
-        assert told == pytest.approx(np.mean(found), abs=0.5 * 10.0**-split.digits)
+        number = float(re.search(r": ([\d.]+) % of height", each["aria-label"])[1])
+        assert number == pytest.approx(np.mean(errors), abs=0.5 * 10.0**-split.digits)
 
 
 def test_the_worst_cases_stand_first_behind_a_mark(results, tags):
@@ -168,14 +168,14 @@ def test_scenes_are_as_many_as_asked_and_their_cases_say_which(tags, data):
 
 def test_a_case_can_be_asked_for(results, tmp_path):
     (chapter,) = chapters.chapters([results])
-    wanted = chapter.splits[0].matrix.cases[-1].id
-    report(results, "-o", tmp_path / "one.html", "--clips", 0, "--cases", wanted)
+    case = chapter.splits[0].matrix.cases[-1].id
+    report(results, "-o", tmp_path / "one.html", "--clips", 0, "--cases", case)
     (scene,) = (
         json.loads(text)
         for name, text in Tags((tmp_path / "one.html").read_text(encoding="utf-8")).scripts.items()
         if name.startswith("scene-")
     )
-    assert scene["case"] == wanted
+    assert scene["case"] == case
     with pytest.raises(BenchError, match="no case 'odd'"):
         report(results, "-o", tmp_path / "none.html", "--cases", "odd")
 
@@ -186,42 +186,46 @@ def test_skins_are_there_when_asked_for_and_only_then(results, tmp_path, monkeyp
         return Mesh(np.eye(3), np.array([[0, 1, 2]]), weights)
 
     monkeypatch.setattr(Character, "mesh", property(triangle))
-    for asked in ([], ["--skins"]):
-        report(results, "-o", tmp_path / "r.html", "--clips", 1, *asked)
+    for options in ([], ["--skins"]):
+        report(results, "-o", tmp_path / "r.html", "--clips", 1, *options)
         (scene,) = (
             json.loads(text)
             for name, text in Tags((tmp_path / "r.html").read_text(encoding="utf-8")).scripts.items()
             if name.startswith("scene-")
         )
-        assert any("skin" in body for body in scene["bodies"]) is bool(asked)
-        assert any(figure["skin"] for figure in scene["figures"]) is bool(asked)
+        assert any("skin" in body for body in scene["bodies"]) is bool(options)
+        assert any(figure["skin"] for figure in scene["figures"]) is bool(options)
 
 
 def test_flesh_inside_flesh_is_a_figure_where_there_is_some(results):
-    found = chapters.chapters([results])
+    report_chapters = chapters.chapters([results])
     person = fleshed()
-    deep = figure_of(found[0].labels[0], "prediction", hand_to_belly(person))
+    deep = figure_of(report_chapters[0].labels[0], "prediction", hand_to_belly(person))
     scene = scene_builder.dressed(Scene("tubes", (deep,), 30.0))
-    ranked = method_order.ranked(found[0].places)
-    plain, told = (
-        Tags(page(found, motions.PackedScenes(flesh=each), ranked)).tags for each in (None, scene)
+    ranked = method_order.ranked(report_chapters[0].places)
+    plain, with_flesh = (
+        Tags(page(report_chapters, motions.PackedScenes(penetrating=each), ranked)).tags
+        for each in (None, scene)
     )
-    policy = [each["content"] for name, each in told if name == "meta" and "content" in each]
+    policy = [each["content"] for name, each in with_flesh if name == "meta" and "content" in each]
     assert any("img-src data:;" in each for each in policy)
-    (image,) = (each for name, each in told if name == "img")
+    (image,) = (each for name, each in with_flesh if name == "img")
     assert image["src"].startswith("data:image/png;base64,")
     assert image["alt"]
     assert not any(name == "img" or "img-src" in each.get("content", "") for name, each in plain)
 
 
 def test_what_does_not_fit_is_left_out_and_told(results):
-    found = chapters.chapters([results])
+    report_chapters = chapters.chapters([results])
     cases = [(0, 0, 0), (0, 0, 1), (0, 1, 0)]
-    (first,) = motions.motions(found, cases[:1]).scenes
-    shown = motions.motions(found, cases, room=len(first.encode()))
+    (first,) = motions.motions(report_chapters, cases[:1]).scenes
+    shown = motions.motions(report_chapters, cases, room=len(first.encode()))
     assert len(shown.scenes) == 1
     assert "2 more cases" in shown.notes[0]
-    assert shown.notes[0] in Tags(page(found, shown, method_order.ranked(found[0].places))).text
+    assert (
+        shown.notes[0]
+        in Tags(page(report_chapters, shown, method_order.ranked(report_chapters[0].places))).text
+    )
 
 
 def test_predictions_that_are_gone_are_told(results, tmp_path):
@@ -238,8 +242,8 @@ def test_predictions_that_are_gone_are_told(results, tmp_path):
     assert "not there any more" in split["lost"][0]["0"]
     for each in chapter.places:
         shutil.rmtree(each.folder / each.method)
-    said = report(root, "-o", tmp_path / "none.html", "--clips", 1)
-    assert "Predictions are not stored" in said
+    output = report(root, "-o", tmp_path / "none.html", "--clips", 1)
+    assert "Predictions are not stored" in output
     assert "Predictions are not stored" in Tags((tmp_path / "none.html").read_text(encoding="utf-8")).text
 
 
@@ -247,18 +251,18 @@ def test_results_of_data_that_are_not_here_have_tables_and_a_reason(tmp_path):
     numbers = [(f"a>{b}", f"c{k}", {"mpjpe_h.world": 1.0 + k}) for b in "xy" for k in range(12)]
     for method in ("one", "two"):
         stored.store(tmp_path / "runs", "intra", method, numbers)
-    said = report(tmp_path / "runs", "-o", tmp_path / "r.html", "--clips", 2)
-    assert "2 cases cannot be shown: " in said
+    output = report(tmp_path / "runs", "-o", tmp_path / "r.html", "--clips", 2)
+    assert "2 cases cannot be shown: " in output
     assert "By pair of bodies" in Tags((tmp_path / "r.html").read_text(encoding="utf-8")).text
 
 
 def test_without_the_player_no_motion_is_packed(results, tmp_path):
     report(results, "-o", tmp_path / "r.html", "--clips", "0", "--title", "A <b>title</b>", "-m", LABEL)
-    found = Tags((tmp_path / "r.html").read_text(encoding="utf-8"))
-    assert not [name for name in found.scripts if name.startswith("scene-")]
-    assert "RetargetPlayer = " not in "".join(found.scripts.values())
-    assert "A <b>title</b>" in found.text
-    assert json.loads(found.scripts["report-data"])["chapters"][0]["splits"][0]["methods"] == [LABEL]
+    page_tags = Tags((tmp_path / "r.html").read_text(encoding="utf-8"))
+    assert not [name for name in page_tags.scripts if name.startswith("scene-")]
+    assert "RetargetPlayer = " not in "".join(page_tags.scripts.values())
+    assert "A <b>title</b>" in page_tags.text
+    assert json.loads(page_tags.scripts["report-data"])["chapters"][0]["splits"][0]["methods"] == [LABEL]
 
 
 @pytest.mark.parametrize(

@@ -60,8 +60,8 @@ def test_a_number_leads_to_its_cases_worst_first_and_back(page):
     number = row.locator(".num").nth(1)
     number.click()
     assert f"cross, {LABEL}: 6 cases" in page.locator("#what").inner_text()
-    told = [float(each.split("\t")[-1]) for each in cases(page)]
-    assert told == sorted(told, reverse=True)
+    numbers = [float(each.split("\t")[-1]) for each in cases(page)]
+    assert numbers == sorted(numbers, reverse=True)
     assert page.locator("#method").evaluate("each => each.selectedOptions[0].textContent") == LABEL
     assert len(shown(page)) == 2  # it, and one to compare it with
     assert LABEL in shown(page)
@@ -84,8 +84,8 @@ def test_marks_lead_to_their_cases_by_keys_and_clicks(page):
     for name, part in (("clips", "clip"), ("kinds", "kind")):
         mark = page.locator(f"#chapter-1-{name} .pick").first
         mark.dispatch_event("click")
-        told = page.locator("#what").inner_text()
-        assert f", {part} {mark.get_attribute(f'data-{part}')}: 3 cases" in told
+        heading = page.locator("#what").inner_text()
+        assert f", {part} {mark.get_attribute(f'data-{part}')}: 3 cases" in heading
 
 
 def test_cases_methods_splits_and_names_can_be_chosen(page):

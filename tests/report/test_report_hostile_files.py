@@ -6,8 +6,7 @@ import pytest
 
 from retarget_bench.errors import printable
 from tests.report import odd_folder
-from tests.report.odd_runs import bench, report
-from tests.report.test_report import KNOWN, Tags
+from tests.report.odd_runs import report
 from tests.report.test_report_browser import sideways
 from tests.viewing.viewing_toys.toy_moves import PERSON
 
@@ -38,18 +37,6 @@ def root(tmp_path_factory):
     return root
 
 
-def test_names_of_files_are_text_in_a_report(root):
-    source = (root / "report.html").read_text(encoding="utf-8")
-    tags = Tags(source)
-    assert {tag for tag, _ in tags.tags} <= set(KNOWN)
-    assert not [name for _, attributes in tags.tags for name in attributes if name.startswith("on")]
-    assert "\u202e" not in source
-    said = [value for _, attributes in tags.tags for value in attributes.values()]
-    for name in (*BODIES, *JOINTS.keys() - PERSON.keys()):
-        assert any(printable(name) in each for each in (tags.text, *said)), name
-    assert FOLDER in tags.text
-
-
 @pytest.mark.parametrize("width", [390, 1200])
 def test_a_browser_shows_them_and_runs_none(root, open_page, width):
     page = open_page(root / "report.html", width=width)
@@ -70,16 +57,3 @@ def test_a_browser_shows_them_and_runs_none(root, open_page, width):
         mark.dispatch_event("click")
         assert page.locator("#cases tr").count()
     assert sideways(page) <= 0
-
-
-def test_tables_of_them_are_harmless(root, tmp_path, open_page):
-    for by in ([], ["--by", "pair"], ["--by", "joint"]):
-        bench("table", "-r", root / "runs", *by, "-f", "html", "-o", tmp_path / "t.html")
-        tags = Tags((tmp_path / "t.html").read_text(encoding="utf-8"))
-        assert {tag for tag, _ in tags.tags} <= {*KNOWN, "b", "ol"}
-        assert not [name for _, attributes in tags.tags for name in attributes if name.startswith("on")]
-        page = open_page(tmp_path / "t.html", width=390)
-        assert sideways(page) <= 0
-        text = bench("table", "-r", root / "runs", *by, "-f", "md")
-        assert "<script" not in text.replace("\\<script", "").replace("&lt;script", "")
-        assert "\u202e" not in text

@@ -63,9 +63,9 @@ def names(page) -> list[str]:
 
 
 def test_all_numbers_of_results_lead_to_cases(made, open_page):
-    found = open_page(made, width=1200).evaluate(EMPTY)
-    assert found["numbers"] > 10
-    assert found["nowhere"] == []
+    pressed = open_page(made, width=1200).evaluate(EMPTY)
+    assert pressed["numbers"] > 10
+    assert pressed["nowhere"] == []
 
 
 def test_values_of_sets_lead_to_the_cases_of_the_set(runs, tmp_path, open_page):
@@ -134,7 +134,7 @@ def test_a_page_of_sets_alone_lists_the_cases(tmp_path, open_page):
     )
     report(tmp_path / "runs", "-o", tmp_path / "r.html", "--clips", "0")
     page = open_page(tmp_path / "r.html", width=1200)
-    found = page.evaluate(EMPTY)
-    assert found["numbers"] >= 2
-    assert found["nowhere"] == []
+    pressed = page.evaluate(EMPTY)
+    assert pressed["numbers"] >= 2
+    assert pressed["nowhere"] == []
     assert names(page) == [f"c{k}: a to b" for k in range(3)]

@@ -32,8 +32,8 @@ def page(folder, open_page):
 def chips(page) -> dict[str, str]:
     """Figure -> what stands beside its name, in the order in which they are listed."""
     page.locator("#player .rp-chip").first.wait_for()  # motion is unpacked after the click
-    told = (each.split("\n") for each in page.locator("#player .rp-chip").all_inner_texts())
-    return {name: "".join(rest) for name, *rest in told}
+    texts = (each.split("\n") for each in page.locator("#player .rp-chip").all_inner_texts())
+    return {name: "".join(rest) for name, *rest in texts}
 
 
 def figures(page) -> int:
@@ -69,17 +69,17 @@ def cases_are_drawn(page) -> int:
         page.locator("#cases button", has_text=title).click()
         clip, bodies = title.removeprefix("▶ ").split(": ")
         assert page.inner_text("#caption") == f"cross: {clip}, {bodies}"
-        told = chips(page)
-        assert list(told)[:2] == ["source", "reference"]
-        assert told[RAISES] == "failed"
-        assert all(told[each].endswith("%") for each in ("copy_rotations", POSITIONS))
+        beside_name = chips(page)
+        assert list(beside_name)[:2] == ["source", "reference"]
+        assert beside_name[RAISES] == "failed"
+        assert all(beside_name[each].endswith("%") for each in ("copy_rotations", POSITIONS))
         assert "out of <b>ideas</b> & 'words'" in page.inner_text("#player")
-        seen = []
+        pixels = []
         for label in ("copy_rotations", POSITIONS):
             page.locator("#method").select_option(label=label)
-            seen.append(figures(page))
-        assert min(seen) > 2000
-        assert seen[1] == pytest.approx(seen[0], rel=0.5)  # solid bodies both
+            pixels.append(figures(page))
+        assert min(pixels) > 2000
+        assert pixels[1] == pytest.approx(pixels[0], rel=0.5)  # solid bodies both
     return len(titles)
 
 
@@ -110,8 +110,8 @@ def test_joints_of_all_bodies_are_drawn_and_failures_are_counted(page):
 )
 def test_clips_and_sheets_of_them(folder, tmp_path, case, file):
     source = ("--results", folder / "runs", "--root", folder / "bvh")
-    said = bench("render", case, *source, "--size", "640x180", "-o", tmp_path / file)
-    assert f"{RAISES}: failed: RuntimeError: out of <b>ideas</b>" in said
+    output = bench("render", case, *source, "--size", "640x180", "-o", tmp_path / file)
+    assert f"{RAISES}: failed: RuntimeError: out of <b>ideas</b>" in output
     assert (tmp_path / file).stat().st_size > 1000
     bench("render", case, *source, "--size", "1000x200", "-o", tmp_path / "still.png")
     picture = np.asarray(Image.open(tmp_path / "still.png").convert("RGB"), dtype=int)

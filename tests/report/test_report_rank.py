@@ -38,9 +38,9 @@ def data_of(file) -> dict:
 def test_a_method_has_one_colour_in_reports_and_pictures_whoever_stands_beside_it(
     runs, tmp_path, monkeypatch
 ):
-    seen = {}
-    looks = canvas.looks
-    monkeypatch.setattr(canvas, "looks", lambda *each: seen.update(looks(*each)) or looks(*each))
+    drawn = {}
+    styles = canvas.mark_styles
+    monkeypatch.setattr(canvas, "mark_styles", lambda *each: drawn.update(styles(*each)) or styles(*each))
     report(runs, "-o", tmp_path / "all.html", "--clips", "0")
     colours = data_of(tmp_path / "all.html")["colours"]
     assert colours == dict(zip(("beta", "gamma", "alpha"), COLOURS, strict=False))
@@ -49,7 +49,7 @@ def test_a_method_has_one_colour_in_reports_and_pictures_whoever_stands_beside_i
     bench(
         "plot", "methods", "-r", runs, "-m", "alpha", "-m", "gamma", "-s", "cross", "-o", tmp_path / "t.svg"
     )
-    assert {label: look["color"] for label, look in seen.items()} == {
+    assert {label: look["color"] for label, look in drawn.items()} == {
         "alpha": colours["alpha"],
         "gamma": colours["gamma"],
     }

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from retarget_bench.evaluation import timing
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from tests.engine import stored
+from tests.engine.small_plans import asked
 from tests.in_process import run_here
 from tests.report.odd_runs import bench, report
 
@@ -28,12 +28,12 @@ def marks(root: Path, name: str) -> dict[tuple[str, str], float]:
         rf'id="chapter-1-{name}">(.*?)</section>', file.read_text(encoding="utf-8"), re.S
     )
     chart, *_ = re.findall(r"<svg.*?</svg>", section, re.S)
-    found = {}
+    numbers = {}
     for tag in re.findall(r'<g class="pick"[^>]*>', chart):
-        told = dict(re.findall(r'([a-z-]+)="([^"]*)"', tag))
-        number = float(re.search(r": ([\d.e+]+)", told["aria-label"])[1])
-        found[told["data-method"], told.get("data-level", "")] = number
-    return found
+        attributes = dict(re.findall(r'([a-z-]+)="([^"]*)"', tag))
+        number = float(re.search(r": ([\d.e+]+)", attributes["aria-label"])[1])
+        numbers[attributes["data-method"], attributes.get("data-level", "")] = number
+    return numbers
 
 
 @pytest.mark.parametrize(
@@ -45,21 +45,14 @@ def marks(root: Path, name: str) -> dict[tuple[str, str], float]:
 )
 def test_every_level_has_the_number_of_the_table(tmp_path, task, methods):
     registry.add_file(TOYS)
-    plan = Plan(
-        methods=tuple(map(Spec.parse, methods)),
-        datasets=(Spec.parse("toy_people[clips=2]"),),
-        splits=("self",),
-        metrics=("restoration",),
-        task=task,
-        out=tmp_path,
-    )
-    run_here(plan)
+    about = {"splits": ("self",), "metrics": ("restoration",), "task": task}
+    run_here(asked(tmp_path, *methods, data="toy_people[clips=2]", **about))
     name = Spec.parse(task).name
     table = csv.DictReader(io.StringIO(bench("table", "-r", tmp_path, "--task", name, "-f", "csv")))
     rows = [row for row in table if row.get("value") in (None, "restored_cm")]
-    wanted = {(method, row["level"]): float(row[method]) for row in rows for method in methods}
-    assert marks(tmp_path, name) == pytest.approx(wanted, abs=0.006)
-    assert len(wanted) == 6
+    expected = {(method, row["level"]): float(row[method]) for row in rows for method in methods}
+    assert marks(tmp_path, name) == pytest.approx(expected, abs=0.006)
+    assert len(expected) == 6
 
 
 def test_methods_that_were_timed_stand_over_their_speed(tmp_path):

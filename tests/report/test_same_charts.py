@@ -82,10 +82,10 @@ def matrices(tmp_path_factory):
 
 
 def in_file(data: FigureData, path, monkeypatch) -> Figure:
-    made: list[Figure] = []
-    monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (made.append(self), path.touch()))
+    figures: list[Figure] = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (figures.append(self), path.touch()))
     drawing.draw(path, data)
-    return made[0]
+    return figures[0]
 
 
 def on_page(data: FigureData, chart) -> ElementTree.Element:
@@ -95,14 +95,14 @@ def on_page(data: FigureData, chart) -> ElementTree.Element:
 
 def axis(drawn: ElementTree.Element, anchor: str, log: bool = False) -> np.poly1d:
     """From places to numbers, by the ticks that stand to the left (``end``) or below (``middle``)."""
-    found = []
+    points = []
     for each in drawn.iter("text"):
         if each.get("text-anchor") == anchor and not each.get("class") and each.get("x") != "0":
             number = float((each.text or "").replace(",", ""))
             at = float(each.get("y", "")) - 3.5 if anchor == "end" else float(each.get("x", ""))
-            found.append((at, np.log10(number) if log else number))
-    assert len(found) >= 3
-    places, numbers = zip(*found, strict=True)
+            points.append((at, np.log10(number) if log else number))
+    assert len(points) >= 3
+    places, numbers = zip(*points, strict=True)
     return np.poly1d(np.polyfit(places, numbers, 1))
 
 
@@ -117,8 +117,8 @@ def picks(drawn: ElementTree.Element) -> list[ElementTree.Element]:
 
 def places(drawn: ElementTree.Element) -> np.ndarray:
     """Where the marks that lead to cases stand, in units of the chart."""
-    found = [[path.get("transform", "") for path in each.iter("path")][-1] for each in picks(drawn)]
-    return np.array([[float(n) for n in re.findall(r"-?[\d.]+", each)[:2]] for each in found])
+    transforms = [[path.get("transform", "") for path in each.iter("path")][-1] for each in picks(drawn)]
+    return np.array([[float(n) for n in re.findall(r"-?[\d.]+", each)[:2]] for each in transforms])
 
 
 def marked(axes) -> list:

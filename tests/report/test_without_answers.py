@@ -43,20 +43,6 @@ def test_a_picture_of_nothing_is_not_drawn(failed, tmp_path, kind):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_splits_that_are_not_there_are_told_beside_those_that_are(failed, tmp_path):
-    with pytest.raises(BenchError, match="no results of split 'cross' here; there are intra"):
-        bench("plot", "pairs", "-r", failed, "-s", "cross", "-o", tmp_path / "nothing.png")
-
-
-def test_a_header_that_lacks_a_part_is_told(tmp_path):
-    (place,) = small_runs.ran(tmp_path, "copy")
-    header = json.loads(place.header.read_text(encoding="utf-8"))
-    del header["metrics"]
-    place.header.write_text(json.dumps(header), encoding="utf-8")
-    with pytest.raises(BenchError, match=r"is not a result header \(metrics: Field required\)"):
-        report(tmp_path, "-o", tmp_path / "r.html")
-
-
 def test_what_is_infinitely_far_off_has_the_darkest_shade():
     assert palette.shade(math.inf) == palette.shade(1.0) == palette.SHADES - 1
     assert palette.shade(0.0) == palette.shade(-1.0) == 0

@@ -42,11 +42,11 @@ def cases(task: str, data: str = "toy_people"):
 
 
 def test_reconstruct_asks_every_clean_motion_once():
-    found = cases("reconstruct")
-    assert [case.info.id for case in found] == [
+    derived = cases("reconstruct")
+    assert [case.info.id for case in derived] == [
         "people/ann>ann/clip 0", "people/ann>ann/clip 1", "people/bob>bob/clip 0", "people/bob>bob/clip 1",
     ]  # fmt: skip
-    for case in found:
+    for case in derived:
         assert isinstance(case.source, Motion)
         assert case.source is case.reference
         assert case.target is case.source.character
@@ -54,11 +54,11 @@ def test_reconstruct_asks_every_clean_motion_once():
 
 
 def test_without_self_cases_the_sources_are_the_clean_motions():
-    found = cases("reconstruct", "toy_cases")
-    assert sorted(case.info.id for case in found) == sorted(
+    derived = cases("reconstruct", "toy_cases")
+    assert sorted(case.info.id for case in derived) == sorted(
         f"toy/{name}>{name}/clip {n}" for name in ("small", "tall") for n in range(3)
     )
-    for case in found:
+    for case in derived:
         assert case.reference is case.source
         assert case.source.character.name == case.info.source == case.info.target
 
@@ -80,8 +80,8 @@ def test_noise_has_the_deviation_that_is_asked_for_on_every_coordinate():
 
 
 def test_noise_of_other_cases_is_other_noise():
-    found = cases("denoise[levels=5]")
-    drawn = [case.source.positions - case.reference.positions for case in found]
+    derived = cases("denoise[levels=5]")
+    drawn = [case.source.positions - case.reference.positions for case in derived]
     for a, b in pairwise(drawn):
         assert abs(np.corrcoef(a.ravel(), b.ravel())[0, 1]) < 5 / np.sqrt(a.size)
 
@@ -202,5 +202,5 @@ def test_usual_parameters_are_left_out_and_others_written_one_way():
 
 def test_the_content_tells_tasks_and_levels_apart():
     names = ("reconstruct", "denoise", "denoise[levels=5]", "joint-completion")
-    found = {plan.data_of(bound.dataset(Spec.parse("toy_people")), name).content for name in names}
-    assert len(found) == len(names)
+    contents = {plan.data_of(bound.dataset(Spec.parse("toy_people")), name).content for name in names}
+    assert len(contents) == len(names)

@@ -10,10 +10,9 @@ import pytest
 
 from retarget_bench.api import Case, Context
 from retarget_bench.api.comparison import Comparison
-from retarget_bench.cli import main
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation import predict, runner, timing
-from retarget_bench.evaluation.plan import Plan, data_of
+from retarget_bench.evaluation.plan import data_of
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.limits import Limits, check_file
 from retarget_bench.evaluation.prediction.workers import WorkerPool
@@ -28,6 +27,7 @@ from retarget_bench.plugins.prediction_check import Invalid, verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.plans import default_methods, default_metrics
 from retarget_bench.results import predictions, store
+from tests.engine.small_plans import asked
 
 TOYS = Path(__file__).parent / "toys"
 PUPPETS = Spec.parse("puppets[size=tiny]")
@@ -60,11 +60,11 @@ def test_points_are_uniform_by_area():
     corners = np.array([[0, 0, 0], [2, 0, 0], [0, 1, 0], [9, 0, 0], [12, 0, 0], [9, 2, 0]], dtype=float)
     vertices = np.stack([corners, 2 * corners])
     numbers = np.random.default_rng(0).random((2, 3, 20_000))
-    found = sampled(vertices, np.array([[0, 1, 2], [3, 4, 5]]), numbers)
-    found[1] /= 2
-    second = found[..., 0] > 5
+    points = sampled(vertices, np.array([[0, 1, 2], [3, 4, 5]]), numbers)
+    points[1] /= 2
+    second = points[..., 0] > 5
     assert second.mean() == pytest.approx(0.75, abs=4 * np.sqrt(0.75 * 0.25 / 40_000))
-    inside = found[second] - (9.0, 0.0, 0.0)
+    inside = points[second] - (9.0, 0.0, 0.0)
     assert inside.min() >= 0
     assert (inside[:, 0] / 3 + inside[:, 1] / 2).max() <= 1 + 1e-12
     # the mean of a triangle is its centroid, and its x has the variance a^2 / 18
@@ -209,8 +209,8 @@ def test_privileged_methods_alone_see_the_motion(case):
     plain, privileged = (registry.create("methods", name) for name in ("rest_skin", "carried_skin"))
     data = data_of(bound.dataset(PUPPETS), "points")
     assert predict.context_for(plain, data, case, 0).source_motion is None
-    given = predict.context_for(privileged, data, case, 0).source_motion
-    assert np.array_equal(given.rotations, case.source_motion.rotations)
+    motion = predict.context_for(privileged, data, case, 0).source_motion
+    assert np.array_equal(motion.rotations, case.source_motion.rotations)
     refused = predict.predict(privileged, replace(case, source_motion=None), Context())
     assert refused.status == "unsupported"
     assert "needs the motion that the source is made of" in refused.message
@@ -218,37 +218,30 @@ def test_privileged_methods_alone_see_the_motion(case):
 
 # --------------------------------------------------------------------------------------------------- runs
 def carried_out(root: Path, **changes) -> dict[tuple[str, str], store.Results]:
-    plan = Plan(
-        methods=tuple(map(Spec, ("rest_skin", "carried_skin", "ik"))),
-        datasets=(Spec("few_puppets"),),
-        splits=("self", "cross"),
-        metrics=("position", "joint_speed"),
-        task="points",
-        out=root,
-        **changes,
-    )
+    usual = {"data": "few_puppets", "splits": ("self", "cross"), "metrics": ("position", "joint_speed")}
+    plan = asked(root, "rest_skin", "carried_skin", "ik", task="points", **usual, **changes)
     places = runner.run(plan, lambda done, total: None)
-    found = [] if plan.stage == "predict" else list(map(store.read_results, places))
-    return {(each.header.method.name, each.header.split): each for each in found}
+    results = [] if plan.stage == "predict" else list(map(store.read_results, places))
+    return {(each.header.method.name, each.header.split): each for each in results}
 
 
 def bytes_of(root: Path) -> dict[str, bytes]:
     """Of all files of results but headers, which have the date."""
-    found = (path for path in root.rglob("*") if path.suffix in (".csv", ".npz"))
-    return {str(path.relative_to(root)): path.read_bytes() for path in found}
+    paths = (path for path in root.rglob("*") if path.suffix in (".csv", ".npz"))
+    return {str(path.relative_to(root)): path.read_bytes() for path in paths}
 
 
 def test_a_run_from_end_to_end_and_resumed(tmp_path):
-    found = carried_out(tmp_path / "a")
+    results = carried_out(tmp_path / "a")
     for split in ("self", "cross"):
-        rest, carried, copied = (found[name, split] for name in ("rest_skin", "carried_skin", "ik"))
+        rest, carried, copied = (results[name, split] for name in ("rest_skin", "carried_skin", "ik"))
         assert {entry.status for entry in copied.entries} == {"unsupported"}
         assert "this source is known by points only" in copied.header.problems[0].message
         for one, other in zip(rest.entries, carried.entries, strict=True):
             assert one.status == other.status == "ok"
             assert other.values["mpjpe_h.world"] < 3.0 < one.values["mpjpe_h.world"]
             assert not [name for name in one.values if name.startswith("joint_speed")]
-    assert found["carried_skin", "self"].entries[0].values["mpjpe_h.world"] < 0.1
+    assert results["carried_skin", "self"].entries[0].values["mpjpe_h.world"] < 0.1
     first = bytes_of(tmp_path / "a")
     assert len([name for name in first if "--" in name]) == 4, "a prediction of each answer"
     # killed before a method's rows were written, and after predictions were
@@ -278,24 +271,6 @@ def test_a_worker_is_sent_points_and_meshes_and_sends_a_skin(tmp_path, case):
         pool.close()
 
 
-def test_the_command_runs_the_task_and_tables_it(tmp_path, capsys):
-    def bench(*arguments: str) -> str:
-        with pytest.raises(SystemExit) as stopped:
-            main(list(arguments))
-        told = capsys.readouterr()
-        assert not stopped.value.code, told.err
-        return told.out + told.err
-
-    asked = ("--task", "points", "-s", "self", "--limit", "1", "--metrics", "position")
-    told = bench("run", str(TOYS / "rest_skin.py"), *asked, "--out", str(tmp_path / "runs"))
-    assert "rest_skin" in told
-    assert "points" in told
-    told = bench("table", "-r", str(tmp_path / "runs"), "--task", "points", "-f", "csv")
-    assert "rest_skin" in told
-    (folder,) = (tmp_path / "runs").glob("*/points/self")
-    assert len(list((folder / "rest_skin").glob("*.npz"))) == 1
-
-
 def test_controls_take_part_and_methods_for_skeletons_do_not(tmp_path, case):
     names = {spec.name for spec in default_methods("points", print)}
     assert {"reference", "other_clip", "rest_skin", "carried_skin"} <= names
@@ -309,14 +284,7 @@ def test_controls_take_part_and_methods_for_skeletons_do_not(tmp_path, case):
 
 
 def test_methods_are_timed_on_points(tmp_path):
-    plan = Plan(
-        methods=(Spec("rest_skin"),),
-        datasets=(Spec("few_puppets"),),
-        splits=("self",),
-        metrics=("position",),
-        task="points",
-        out=tmp_path,
-    )
+    plan = asked(tmp_path, "rest_skin", data="few_puppets", splits=("self",), task="points")
     (place,) = runner.run(plan, lambda done, total: None, timed=True)
     (time,) = timing.read(place)
     assert (time.case, time.frames > 0) == ("puppets/ada>ada/walk-001", True)

@@ -26,8 +26,8 @@ def test_any_joints_make_a_body(joints):
     assert small.skeleton.names == tuple(NAMES[j] for j in sorted(joints))
     assert small.roles == tuple(BODY.roles[j] for j in sorted(joints))
     assert (small.measures, small.structure) == (BODY.measures, BODY.structure)
-    ours, theirs = in_reference_pose(small), in_reference_pose(BODY)[sorted(joints)]
-    assert np.allclose(ours - ours[0], theirs - theirs[0], atol=1e-12)
+    small_places, body_places = in_reference_pose(small), in_reference_pose(BODY)[sorted(joints)]
+    assert np.allclose(small_places - small_places[0], body_places - body_places[0], atol=1e-12)
     for joint, parent in enumerate(small.skeleton.parents.tolist()):
         name, above = small.skeleton.names[joint], TREE[small.skeleton.names[joint]][0]
         while above is not None and above not in small.skeleton.names:

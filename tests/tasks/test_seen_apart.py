@@ -12,10 +12,9 @@ import pytest
 
 from retarget_bench import cli
 from retarget_bench.analysis import seen_unseen
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+from tests.engine.small_plans import asked
 from tests.engine.stored import metadata
 from tests.in_process import run_here
 
@@ -31,15 +30,8 @@ def results(tmp_path_factory) -> Path:
     root = tmp_path_factory.mktemp("apart")
     registry.add_file(TOYS)
     for task, levels in (("denoise", "1,2,5"), ("joint-completion", "0.3,0.5,major")):
-        plan = Plan(
-            methods=(Spec.parse(LEARNED[task]), Spec.parse(PLAIN[task])),
-            datasets=(Spec.parse("toy_people[clips=3]"),),
-            splits=("self",),
-            metrics=("restoration",),
-            task=f"{task}[levels='{levels}']",
-            out=root,
-        )
-        place, *_ = run_here(plan)
+        about = {"splits": ("self",), "metrics": ("restoration",), "task": f"{task}[levels='{levels}']"}
+        place, *_ = run_here(asked(root, LEARNED[task], PLAIN[task], data="toy_people[clips=3]", **about))
         metadata(place, structure=dict(zip(people(place), ("tall17", "wide17"), strict=True)))
         trained_on(root, task, ["tall17"])
     return root
@@ -103,8 +95,8 @@ def test_denoising_has_a_full_and_a_dashed_line_of_one_colour(results, tmp_path,
         assert line.get_xdata() == pytest.approx(before, rel=1e-8)
         assert sorted(line.get_ydata()) == pytest.approx(after, rel=1e-8)
     assert [line.get_label() for line in drawn(panel, "identity")] == ["identity"]
-    named = [*panel.texts, *(text for legend in figures[0].legends for text in legend.get_texts())]
-    assert {seen.get_label(), unseen.get_label()} < {text.get_text() for text in named}
+    texts = [*panel.texts, *(text for legend in figures[0].legends for text in legend.get_texts())]
+    assert {seen.get_label(), unseen.get_label()} < {text.get_text() for text in texts}
 
 
 def test_upsampling_too_in_both_panels_with_a_mark_for_the_major_joints(results, tmp_path, figures):
@@ -117,10 +109,10 @@ def test_upsampling_too_in_both_panels_with_a_mark_for_the_major_joints(results,
         assert len(drawn(panel, "linear_joints")) == 1
         assert len(majors) == 3
         for line, major, target in zip(lines, majors[1:], people(place), strict=True):
-            wanted = means(place, target, value)
-            (level,) = (each for each in wanted if "major" in each)
-            assert major.get_ydata() == pytest.approx([wanted.pop(level)])
-            assert sorted(line.get_ydata()) == pytest.approx(sorted(wanted.values()))
+            expected = means(place, target, value)
+            (level,) = (each for each in expected if "major" in each)
+            assert major.get_ydata() == pytest.approx([expected.pop(level)])
+            assert sorted(line.get_ydata()) == pytest.approx(sorted(expected.values()))
 
 
 @pytest.mark.parametrize("structures", [None, [], ["tall17", "wide17"], ["dog4"]])

@@ -21,8 +21,8 @@ SKIN = {"mesh_contact", "self_penetration", "vertex_error"}
 
 def asked(task: str) -> tuple[set[str], set[str]]:
     """The methods and metrics of a plain run."""
-    made = plans.plan_of(RunOptions(dataset="puppets", splits="self", task=task), print)
-    return {str(spec) for spec in made.methods}, set(made.metrics)
+    default_plan = plans.plan_of(RunOptions(dataset="puppets", splits="self", task=task), print)
+    return {str(spec) for spec in default_plan.methods}, set(default_plan.metrics)
 
 
 def test_every_task_asks_those_whom_it_means():
@@ -47,8 +47,8 @@ def test_every_task_asks_those_whom_it_means():
 
 
 def test_metrics_of_a_plain_run_can_be_named_beside_others():
-    def metrics(*named):
-        return plans.plan_of(RunOptions("ik", metrics=named), print).metrics
+    def metrics(*names):
+        return plans.plan_of(RunOptions("ik", metrics=names), print).metrics
 
     assert metrics("default") == metrics()
     assert metrics("vertex_error", "default", "position") == (*metrics(), "vertex_error")

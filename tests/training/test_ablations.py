@@ -77,8 +77,10 @@ def test_unknown_tables_are_named_with_those_that_there_are(asked):
 def test_rows_are_trained_once_and_under_one_budget(asked, tmp_path):
     reporter = Silent()
     trained = ablations.train_rows(TOY, asked, tmp_path, reporter)
-    assert [each.label for each in trained] == ["plain", "slow"]
-    assert [each.ready.parameters.get("pause") for each in trained] == [None, 0.001]
+    assert {label: spec.parameters.get("pause") for label, spec in trained.items()} == {
+        "plain": None,
+        "slow": 0.001,
+    }
     assert [status.step for status in reporter.moments] == [1, 2, 3, 4] * 2
     again = Silent()
     ablations.train_rows(TOY, asked, tmp_path, again)
@@ -99,11 +101,11 @@ def test_an_interrupted_row_goes_on(asked, tmp_path):
 
 def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
     trained = ablations.train_rows(TOY, asked, tmp_path, Silent())
-    wanted = ablations.plan_of(TOY, trained, DATA, tmp_path / "results", 1)
-    assert wanted.splits == ("intra", "cross")
-    assert len(wanted.methods) == 2
-    places = runner.run(wanted, lambda done, total: None)
-    table = ablations.table(TOY, trained, wanted, "walks", "preset quick")
+    plan = ablations.plan_of(TOY, trained, DATA, tmp_path / "results", 1)
+    assert plan.splits == ("intra", "cross")
+    assert len(plan.methods) == 2
+    places = runner.run(plan, lambda done, total: None)
+    table = ablations.table(TOY, trained, plan, "walks", "preset quick")
     (group,) = table.groups
     assert [each.id for each in group.columns] == ["Error", "Within"]
     assert [row.label for row in group.rows] == ["plain (printed)", "plain", "slow (printed)", "slow"]
@@ -204,15 +206,15 @@ def test_what_cannot_be_tested_is_refused_before_anything_is_trained(bench, monk
 
 
 def test_the_tables_of_smrm_are_the_printed_ones():
-    found = {name: ablations.find(Spec.parse("smrm"), name) for name in ("table2", "table3")}
-    assert list(found["table3"].rows.values()) == [{"context": n} for n in (5, 10, 15, 30, 60)]
-    assert found["table2"].rows == {"With L_rot": {}, "Without L_rot": {"rotation_cycle": 0.0}}
-    for name, ablation in found.items():
-        theirs = printed.published(f"correspondence-free-{name}")
-        mine = ablations.published(ablation)
+    tables = {name: ablations.find(Spec.parse("smrm"), name) for name in ("table2", "table3")}
+    assert list(tables["table3"].rows.values()) == [{"context": n} for n in (5, 10, 15, 30, 60)]
+    assert tables["table2"].rows == {"With L_rot": {}, "Without L_rot": {"rotation_cycle": 0.0}}
+    for name, ablation in tables.items():
+        expected = printed.published(f"correspondence-free-{name}")
+        rows = ablations.published(ablation)
         assert {
-            row: [number.text for number in numbers.values()] for row, numbers in mine.rows.items()
-        } == {row: [number.text for number in numbers.values()] for row, numbers in theirs.rows.items()}
-        assert [column.value_id for column in mine.columns] == [
+            row: [number.text for number in numbers.values()] for row, numbers in rows.rows.items()
+        } == {row: [number.text for number in numbers.values()] for row, numbers in expected.rows.items()}
+        assert [column.value_id for column in rows.columns] == [
             "mpjpe_h.world", "pa_mpjpe.rigid", "acc", "pa_acc.rigid", "mpvd_h", "pa_mpvd.rigid", "medl_h"
         ]  # fmt: skip

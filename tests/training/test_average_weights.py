@@ -15,21 +15,21 @@ from tools.average_weights import card, command, mean
 def test_shares_are_those_of_the_run_and_counters_are_not_averaged():
     before = {"weight": torch.tensor([1.0, 2.0]), "steps": torch.tensor(3)}
     after = {"weight": torch.tensor([2.0, 0.0]), "steps": torch.tensor(9)}
-    found = mean(before, after, 0.75)
-    assert found["weight"].tolist() == [1.75, 0.5]
-    assert found["steps"].item() == 9
-    assert found["steps"].dtype == torch.int64
+    average = mean(before, after, 0.75)
+    assert average["weight"].tolist() == [1.75, 0.5]
+    assert average["steps"].item() == 9
+    assert average["steps"].dtype == torch.int64
     assert mean(before, after, 0.0)["weight"].tolist() == [1.0, 2.0]
     assert mean(before, after, 1.0)["weight"].tolist() == [2.0, 0.0]
 
 
 def test_the_card_says_what_was_averaged_and_has_no_hash_of_another():
-    made = card({"hash": "aa", "schema": 1, "init": "bb", "notes": ["not on dogs"], "steps": 5}, 0.7)
-    assert made["notes"][0].startswith("a mean of weights: 0.7 of this training's (aa), 0.3 of those")
-    assert "(bb)" in made["notes"][0]
-    assert made["notes"][1:] == ["not on dogs"]
-    assert not {"hash", "schema"} & made.keys()
-    assert made["steps"] == 5
+    averaged = card({"hash": "aa", "schema": 1, "init": "bb", "notes": ["not on dogs"], "steps": 5}, 0.7)
+    assert averaged["notes"][0].startswith("a mean of weights: 0.7 of this training's (aa), 0.3 of those")
+    assert "(bb)" in averaged["notes"][0]
+    assert averaged["notes"][1:] == ["not on dogs"]
+    assert not {"hash", "schema"} & averaged.keys()
+    assert averaged["steps"] == 5
 
 
 @pytest.mark.parametrize("method", ["ik", "nkn_cross[weights=others]"])

@@ -53,11 +53,11 @@ def test_the_share_that_is_used_is_of_the_one_that_is_limited():
 # ------------------------------------------------------------------------------------------------- log
 def fill(folder, steps, start=0, late=0):
     """A log with a row every two steps; a second term appears after step ``late``."""
-    kept = log.Log(folder, start)
+    writer = log.Log(folder, start)
     for step in range(start + 1, steps + 1):
-        kept.add({"a.x": step**0.5} | ({"b.y": -float(step)} if step > late else {}))
+        writer.add({"a.x": step**0.5} | ({"b.y": -float(step)} if step > late else {}))
         if step % 2 == 0:
-            kept.row(step, 0.5 * step, 1e-3, {"validation self e": 7.0} if step % 4 == 0 else {})
+            writer.row(step, 0.5 * step, 1e-3, {"validation self e": 7.0} if step % 4 == 0 else {})
 
 
 def table(folder):
@@ -68,12 +68,12 @@ def table(folder):
 @given(values=st.lists(st.floats(-1e6, 1e6, width=32), min_size=1, max_size=12))
 def test_a_row_has_the_mean_of_what_came_since_the_row_before(tmp_path_factory, values):
     folder = tmp_path_factory.mktemp("log")
-    kept = log.Log(folder)
-    kept.add({"a.x": 1e9})
-    kept.row(1, 0.0, 0.1, {})
+    writer = log.Log(folder)
+    writer.add({"a.x": 1e9})
+    writer.row(1, 0.0, 0.1, {})
     for value in values:
-        kept.add({"a.x": value})
-    kept.row(1 + len(values), 1.0, 0.1, {})
+        writer.add({"a.x": value})
+    writer.row(1 + len(values), 1.0, 0.1, {})
     last = table(folder)[-1]
     assert float(last["a.x"]) == pytest.approx(np.mean(values), rel=1e-8, abs=1e-8)
     assert int(last["step"]) == 1 + len(values)
@@ -99,13 +99,13 @@ def test_a_log_that_is_cut_back_and_continued_is_the_log_of_an_uninterrupted_run
 
 
 def test_a_log_that_cannot_be_written_is_one_sentence(tmp_path):
-    kept = log.Log(tmp_path)
-    kept.add({"a.x": 1.0})
-    kept.row(1, 0.0, 0.1, {})
+    writer = log.Log(tmp_path)
+    writer.add({"a.x": 1.0})
+    writer.row(1, 0.0, 0.1, {})
     (tmp_path / log.NAME).unlink()
     (tmp_path / log.NAME).mkdir()
     with pytest.raises(FileError, match=r"log.csv: cannot be written"):
-        kept.row(2, 0.0, 0.1, {})
+        writer.row(2, 0.0, 0.1, {})
 
 
 # ---------------------------------------------------------------------------------------------- curves
@@ -113,8 +113,8 @@ def test_the_thinned_curve_keeps_the_mean_of_all_rows(tmp_path):
     fill(tmp_path, 60)
     thinned = log.losses(tmp_path, 5)
     assert [point["step"] for point in thinned] == [12, 24, 36, 48, 60]
-    whole = [float(row["a.x"]) for row in table(tmp_path)]
-    assert np.mean([point["a.x"] for point in thinned]) == pytest.approx(np.mean(whole), rel=1e-4)
+    rows = [float(row["a.x"]) for row in table(tmp_path)]
+    assert np.mean([point["a.x"] for point in thinned]) == pytest.approx(np.mean(rows), rel=1e-4)
 
 
 def test_a_picture_is_drawn_with_and_without_validation(tmp_path):

@@ -28,12 +28,12 @@ def files(folder: Path) -> set[str]:
 
 def test_what_is_read_is_what_was_written(tmp_path):
     assert checkpoint.read(tmp_path) is None
-    given = made(7, best=5)
-    checkpoint.write(tmp_path, given)
-    found = checkpoint.read(tmp_path)
-    assert (found.step, found.seconds, found.best) == (7, 10.5, given.best)
-    assert found.validation == given.validation
-    for mine, theirs in ((found.state, given.state), (found.exported, given.exported)):
+    written = made(7, best=5)
+    checkpoint.write(tmp_path, written)
+    stored = checkpoint.read(tmp_path)
+    assert (stored.step, stored.seconds, stored.best) == (7, 10.5, written.best)
+    assert stored.validation == written.validation
+    for mine, theirs in ((stored.state, written.state), (stored.exported, written.exported)):
         assert mine.keys() == theirs.keys()
         assert all(torch.equal(mine[name], theirs[name]) for name in mine)
 
@@ -41,8 +41,8 @@ def test_what_is_read_is_what_was_written(tmp_path):
 def test_older_tensors_go_and_the_best_stay(tmp_path):
     for step, best in ((10, 0), (20, 20), (30, 20), (40, 40)):
         checkpoint.write(tmp_path, made(step, best))
-        kept = {f"step-{step}.safetensors", checkpoint.NAME}
-        assert files(tmp_path) == kept | ({f"best-{best}.safetensors"} if best else set())
+        names = {f"step-{step}.safetensors", checkpoint.NAME}
+        assert files(tmp_path) == names | ({f"best-{best}.safetensors"} if best else set())
         if best:
             assert checkpoint.read(tmp_path).exported["w"][0] == best
 
@@ -63,8 +63,8 @@ def test_a_process_that_dies_while_writing_leaves_the_one_before(tmp_path, monke
     with pytest.raises(SystemExit):
         checkpoint.write(tmp_path, made(20, best=20))
     monkeypatch.undo()
-    found = checkpoint.read(tmp_path)
-    assert (found.step, found.exported["w"][0], found.state["modules/w"][0, 0]) == (10, 10, 10)
+    stored = checkpoint.read(tmp_path)
+    assert (stored.step, stored.exported["w"][0], stored.state["modules/w"][0, 0]) == (10, 10, 10)
     checkpoint.write(tmp_path, made(30, best=30))
     assert files(tmp_path) == {"step-30.safetensors", "best-30.safetensors", checkpoint.NAME}
 

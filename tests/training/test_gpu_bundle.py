@@ -31,15 +31,15 @@ def bundle(folder: Path, *methods: str, **variables: object) -> subprocess.Compl
 
 def run(folder: Path, out: Path) -> str:
     """The command inside a bundle, with next to no training; what it prints."""
-    done = subprocess.run(
+    result = subprocess.run(
         [folder / "tools" / "gpu_run.sh"],
         cwd=folder,
         env={**os.environ, "OUT": str(out), "PYTHON": sys.executable, "DATA": "puppets", "BUDGET": "2s"},
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 0, done.stdout
-    return done.stdout
+    assert result.returncode == 0, result.stdout
+    return result.stdout
 
 
 def files(folder: Path) -> set[str]:
@@ -59,19 +59,19 @@ def test_a_bundle_is_the_code_and_the_weights_that_training_begins_with(tmp_path
         each.mkdir()
     (earlier / "humot.tar").write_bytes(b"of an earlier run")
     (cmu / "05_01.bvh").write_text("HIERARCHY")
-    done = bundle(tmp_path / "bundle", "pan", "humot", CMU=cmu, EARLIER=earlier)
-    assert done.returncode == 0, done.stderr
-    found = files(tmp_path / "bundle")
-    tensors = {name for name in found if name.endswith(".safetensors")}
+    result = bundle(tmp_path / "bundle", "pan", "humot", CMU=cmu, EARLIER=earlier)
+    assert result.returncode == 0, result.stderr
+    names = files(tmp_path / "bundle")
+    tensors = {name for name in names if name.endswith(".safetensors")}
     assert tensors == {"methods/pan/weights/puppets.safetensors"}
-    assert {"earlier/humot.tar", "cmu.tar.xz", "METHODS", "tools/gpu_run.sh"} <= found
+    assert {"earlier/humot.tar", "cmu.tar.xz", "METHODS", "tools/gpu_run.sh"} <= names
     packages = ("retarget_bench", "methods", "metrics", "datasets")
     listed = ["git", "-C", ROOT, "ls-tree", "-r", "-z", "--name-only", "HEAD", *packages]
     tracked = subprocess.run(listed, capture_output=True, text=True, check=True).stdout.split("\0")
-    assert {name for name in tracked if name.endswith((".py", ".toml", ".csv"))} <= found
-    assert "datasets/puppets/tiny/validation.npz" in found
-    assert "datasets/puppets/tiny/test.npz" not in found
-    others = [name for name in found if not name.startswith("datasets/puppets/tiny/")]
+    assert {name for name in tracked if name.endswith((".py", ".toml", ".csv"))} <= names
+    assert "datasets/puppets/tiny/validation.npz" in names
+    assert "datasets/puppets/tiny/test.npz" not in names
+    others = [name for name in names if not name.startswith("datasets/puppets/tiny/")]
     assert sum((tmp_path / "bundle" / name).stat().st_size for name in others) < 10_000_000
 
 
@@ -79,9 +79,9 @@ def test_one_that_is_too_large_to_travel_is_told(tmp_path: Path) -> None:
     (tmp_path / "wheels").mkdir()
     with (tmp_path / "wheels" / "large.whl").open("wb") as file:
         file.truncate(40_000_000)
-    done = bundle(tmp_path / "bundle", "humot", WHEELS=tmp_path / "wheels")
-    assert done.returncode == 1
-    assert "larger than 40 MB" in done.stderr
+    result = bundle(tmp_path / "bundle", "humot", WHEELS=tmp_path / "wheels")
+    assert result.returncode == 1
+    assert "larger than 40 MB" in result.stderr
 
 
 @pytest.mark.parametrize(
@@ -93,16 +93,16 @@ def test_one_that_is_too_large_to_travel_is_told(tmp_path: Path) -> None:
     ],
 )
 def test_wrong_words_are_a_sentence(tmp_path: Path, methods: list[str], variables: Any, words: str) -> None:
-    done = bundle(tmp_path / "bundle", *methods, **variables)
-    assert (done.returncode, list(tmp_path.iterdir())) == (2, [])
-    assert words in done.stderr
+    result = bundle(tmp_path / "bundle", *methods, **variables)
+    assert (result.returncode, list(tmp_path.iterdir())) == (2, [])
+    assert words in result.stderr
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("years of work")
-    done = bundle(tmp_path, "pan")
-    assert done.returncode == 2
-    assert "is no bundle" in done.stderr
+    result = bundle(tmp_path, "pan")
+    assert result.returncode == 2
+    assert "is no bundle" in result.stderr
     assert files(tmp_path) == {"thesis.tex"}
 
 
@@ -137,8 +137,8 @@ def test_short_runs_add_up_and_a_method_that_fails_costs_itself_alone(tmp_path: 
         tar.extractall(tmp_path, filter="data")
     with tarfile.open(tmp_path / "out" / "r2et.tar", "w") as tar:
         tar.add(tmp_path / "humot", "r2et")  # another method's, which r2et refuses
-    done = bundle(tmp_path / "second", "r2et", "humot", EARLIER=tmp_path / "out")
-    assert done.returncode == 0
+    result = bundle(tmp_path / "second", "r2et", "humot", EARLIER=tmp_path / "out")
+    assert result.returncode == 0
     told = run(tmp_path / "second", tmp_path / "again")
     assert "ended with status" in told
     assert files(tmp_path / "again") == {"run.txt", "humot.tar"}, "steps are timed by the first run alone"

@@ -73,14 +73,9 @@ def test_the_same_plug_in_over_two_folders_is_two_data_sets(toy_plugins):
     )
 
 
-def test_only_training_knows_of_it(toy_plugins):
-    with pytest.raises(BenchError, match="several at once are for bench train alone"):
-        registry.canonical("datasets", BOTH)
-
-
 def test_without_places_is_without_the_place_of_each():
-    said = request.without_places("folder[protocol=train,root=/a/b]+puppets+folder[root=/c]")
-    assert said == "folder[protocol=train]+puppets+folder"
+    text = request.without_places("folder[protocol=train,root=/a/b]+puppets+folder[root=/c]")
+    assert text == "folder[protocol=train]+puppets+folder"
 
 
 # ---------------------------------------------------------------------------------------- as a data set
@@ -100,22 +95,22 @@ names = st.lists(st.sampled_from(("a", "b", "a-2", "a-3", "b-2", "a-2-2")), uniq
 @given(st.lists(names, min_size=1, max_size=4))
 def test_no_two_characters_get_one_name(given):
     card = bound.dataset(Spec("puppets")).built.card
-    made = JointDataset(
+    joint = JointDataset(
         [SimpleNamespace(card=card, characters=lambda own=own: dict.fromkeys(own)) for own in given]
     )
-    here = [member.names[name] for member, own in zip(made.members, given, strict=True) for name in own]
+    here = [member.names[name] for member, own in zip(joint.members, given, strict=True) for name in own]
     assert len(set(here)) == len(here)
-    assert all(member.names[name].startswith(name) for member in made.members for name in member.names)
-    assert all(name == other for name, other in made.members[0].names.items())
+    assert all(member.names[name].startswith(name) for member in joint.members for name in member.names)
+    assert all(name == other for name, other in joint.members[0].names.items())
 
 
 def test_its_cases_are_those_of_all_under_ids_of_their_own(both):
     aside, own = both.validation(), bound.dataset(ONE).built
     for split in ("intra", "cross"):
-        found, theirs = aside.cases("retarget", split), own.cases("retarget", split)
-        assert len({info.id for info in found}) == len(found) == 2 * len(theirs)
-        assert [info.id for info in found[: len(theirs)]] == [info.id for info in theirs]
-        for info, other in zip(found[len(theirs) :], theirs, strict=True):
+        cases, expected = aside.cases("retarget", split), own.cases("retarget", split)
+        assert len({info.id for info in cases}) == len(cases) == 2 * len(expected)
+        assert [info.id for info in cases[: len(expected)]] == [info.id for info in expected]
+        for info, other in zip(cases[len(expected) :], expected, strict=True):
             assert (info.source, info.target) == (f"{other.source}-2", f"{other.target}-2")
             case = aside.load(info)
             assert case.info is info
@@ -155,13 +150,13 @@ def test_the_first_with_cases_is_the_one_to_test_on(toy_plugins, monkeypatch):
 
 # -------------------------------------------------------------------------------------------- to train
 def test_the_motion_of_both_is_gathered(gathered):
-    alone, found = gathered(ONE), gathered(BOTH)
-    assert found.structures == {"toy": ("small", "small-2", "tall", "tall-2")}
-    assert found.frames == 2 * alone.frames
-    for name, mine in alone.clips.items():
-        for again in (found.clips[name], found.clips[f"{name}-2"]):
+    alone, data = gathered(ONE), gathered(BOTH)
+    assert data.structures == {"toy": ("small", "small-2", "tall", "tall-2")}
+    assert data.frames == 2 * alone.frames
+    for name, own in alone.clips.items():
+        for again in (data.clips[name], data.clips[f"{name}-2"]):
             assert [clip.arrays["root"].tolist() for clip in again] == [
-                clip.arrays["root"].tolist() for clip in mine
+                clip.arrays["root"].tolist() for clip in own
             ]
 
 
@@ -194,12 +189,12 @@ def test_clips_that_cannot_be_used_are_left_out_with_the_reason(gathered, monkey
         return usual(self, number)
 
     monkeypatch.setattr(kind, "__getitem__", broken)
-    found = gathered(ONE)
-    assert [clip.name for clip in found.clips["tall"]] == ["walk-tall-0", "walk-tall-2"]
-    assert list(found.notes) == ["not trained on 1 clip of tall: walk-tall-1 (it was lost)"]
-    told = {"characters": ["tall", "small"], "clips": ["walk-tall-0", "walk-tall-1", "aside"]}
-    monkeypatch.setattr(bound.dataset(ONE).built, "training_manifest", lambda: told, raising=False)
-    assert manifest(bound.dataset(ONE).built, found) == {
+    data = gathered(ONE)
+    assert [clip.name for clip in data.clips["tall"]] == ["walk-tall-0", "walk-tall-2"]
+    assert list(data.notes) == ["not trained on 1 clip of tall: walk-tall-1 (it was lost)"]
+    declared = {"characters": ["tall", "small"], "clips": ["walk-tall-0", "walk-tall-1", "aside"]}
+    monkeypatch.setattr(bound.dataset(ONE).built, "training_manifest", lambda: declared, raising=False)
+    assert manifest(bound.dataset(ONE).built, data) == {
         "characters": ["tall", "small"],
         "clips": ["walk-tall-0", "aside"],
     }
@@ -218,15 +213,15 @@ def test_a_body_of_which_no_clip_can_be_used_is_left_out(gathered, monkeypatch):
 
     monkeypatch.setattr(kind, "__getitem__", broken)
     monkeypatch.setattr(type(bound.dataset(ONE).built), "characters", lambda _: {})
-    found = gathered(ONE)
-    assert [clip.name for clip in found.clips["tall"]] == ["walk-tall-1", "walk-tall-2"]
-    assert "small" not in found.clips
-    assert "not trained on small: none of its clips can be used" in found.notes
+    data = gathered(ONE)
+    assert [clip.name for clip in data.clips["tall"]] == ["walk-tall-1", "walk-tall-2"]
+    assert "small" not in data.clips
+    assert "not trained on small: none of its clips can be used" in data.notes
 
 
 def test_the_manifest_keeps_the_names_that_the_data_sets_give(gathered, both, monkeypatch):
-    told = {"characters": ["small", "tall", "held"], "structures": ["toy"], "kinds": ["walk"]}
-    monkeypatch.setattr(bound.dataset(ONE).built, "training_manifest", lambda: told, raising=False)
+    declared = {"characters": ["small", "tall", "held"], "structures": ["toy"], "kinds": ["walk"]}
+    monkeypatch.setattr(bound.dataset(ONE).built, "training_manifest", lambda: declared, raising=False)
     assert manifest(both, gathered(BOTH)) == {
         "characters": ["small", "tall", "held"],
         "structures": ["toy"],
@@ -238,22 +233,22 @@ def test_the_manifest_keeps_the_names_that_the_data_sets_give(gathered, both, mo
 
 def test_a_run_on_both_goes_on_to_the_last_bit_and_its_card_names_both(toy_run, tmp_path):
     data = "toy_walks[root=/secret]+toy_walks[content=two]"
-    whole, reporter = toy_run("whole", data=data, preset="quick")
+    complete, reporter = toy_run("whole", data=data, preset="quick")
     assert reporter.said[-1] == "training on 0 minutes of motion: 12 clips of 4 characters"
     toy_run("parts", data=data, preset="quick", stop=7)
     moved = "toy_walks[root=/elsewhere]+toy_walks[content=two]"
-    done, _ = toy_run("parts", data=moved, preset="quick", resume=True)
-    found, again = card(tmp_path / "whole"), card(tmp_path / "parts")
-    assert found["hash"] == again["hash"]
-    assert done.asked.dataset == moved
-    assert found["command"] == (
+    trained, _ = toy_run("parts", data=moved, preset="quick", resume=True)
+    facts, again = card(tmp_path / "whole"), card(tmp_path / "parts")
+    assert facts["hash"] == again["hash"]
+    assert trained.run.dataset == moved
+    assert facts["command"] == (
         "bench train toy_trainee -d toy_walks -d 'toy_walks[content=two]' --preset quick --seed 0"
     )
-    assert "secret" not in json.dumps(found)
-    wanted = {"spec": "toy_walks+toy_walks[content=two]", "label": "toy_walks + toy_walks"}
-    assert wanted.items() <= found["data"].items()
-    assert (found["data"]["content"], found["data"]["clips"]) == ("one + two", 12)
-    assert whole.at.best is not None
-    assert {split: each["n"] for split, each in found["scores"].items()} == {"intra": 2, "cross": 2}
+    assert "secret" not in json.dumps(facts)
+    expected = {"spec": "toy_walks+toy_walks[content=two]", "label": "toy_walks + toy_walks"}
+    assert expected.items() <= facts["data"].items()
+    assert (facts["data"]["content"], facts["data"]["clips"]) == ("one + two", 12)
+    assert complete.at.best is not None
+    assert {split: each["n"] for split, each in facts["scores"].items()} == {"intra": 2, "cross": 2}
     with pytest.raises(BenchError, match=re.escape(f"began with dataset {moved}, not toy_walks")):
         toy_run("parts", data="toy_walks", resume=True)

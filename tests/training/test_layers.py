@@ -48,10 +48,10 @@ def test_a_normaliser_is_the_identity_until_it_is_fitted_and_can_be_inverted():
     normaliser, values = Normaliser(places=6, moves=2), torch.randn(40, 3, 2)
     assert torch.equal(normaliser.normalise("places", values.flatten(1)), values.flatten(1))
     normaliser.fit("places", values.numpy() * 5.0 + 1.0)
-    found = normaliser.normalise("places", values.flatten(1) * 5.0 + 1.0)
-    torch.testing.assert_close(found.mean(0), torch.zeros(6), atol=1e-5, rtol=0)
-    torch.testing.assert_close(found.std(0, unbiased=False), torch.ones(6))
-    torch.testing.assert_close(normaliser.restore("places", found), values.flatten(1) * 5.0 + 1.0)
+    normalised = normaliser.normalise("places", values.flatten(1) * 5.0 + 1.0)
+    torch.testing.assert_close(normalised.mean(0), torch.zeros(6), atol=1e-5, rtol=0)
+    torch.testing.assert_close(normalised.std(0, unbiased=False), torch.ones(6))
+    torch.testing.assert_close(normaliser.restore("places", normalised), values.flatten(1) * 5.0 + 1.0)
     assert set(normaliser.state_dict()) == {
         f"{kind}_{name}" for kind in ("places", "moves") for name in ("mean", "deviation")
     }
@@ -59,21 +59,21 @@ def test_a_normaliser_is_the_identity_until_it_is_fitted_and_can_be_inverted():
 
 def test_exported_tensors_are_copies_and_are_told_by_prefix():
     module = nn.ModuleDict({"one": nn.Linear(2, 1), "one_more": nn.Linear(2, 1)})
-    found = exported(module)
+    tensors = exported(module)
     nn.init.zeros_(module["one"].weight)
-    assert found["one.weight"].any()
+    assert tensors["one.weight"].any()
 
 
 # ------------------------------------------------------------------------------ adversarial training
 @pytest.mark.parametrize("real", [True, False])
 def test_losses_of_logits_and_scores(real):
     logits = torch.randn(7)
-    wanted = torch.full((7,), float(real))
+    expected = torch.full((7,), float(real))
     torch.testing.assert_close(
         cross_entropy(logits, real),
-        nn.functional.binary_cross_entropy_with_logits(logits, wanted, reduction="none"),
+        nn.functional.binary_cross_entropy_with_logits(logits, expected, reduction="none"),
     )
-    torch.testing.assert_close(least_squares(logits, real), (logits - wanted).square().mean())
+    torch.testing.assert_close(least_squares(logits, real), (logits - expected).square().mean())
 
 
 def test_a_discriminator_learns_while_it_takes_enough_answers_for_real():

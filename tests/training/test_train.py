@@ -1,9 +1,7 @@
 """``bench train`` as a whole: what it refuses, what it begins and goes on with, and what it leaves."""
 
-import errno
 import json
-from dataclasses import replace
-from pathlib import Path
+from dataclasses import asdict, replace
 from types import SimpleNamespace
 
 import pytest
@@ -13,6 +11,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, log, parallel, request, weights
+from retarget_bench.training.config import Augmentation
 
 
 def card(folder):
@@ -21,33 +20,33 @@ def card(folder):
 
 # ------------------------------------------------------------------------------------------- what it leaves
 def test_the_card_says_how_the_weights_came_about(toy_run, tmp_path):
-    done, _ = toy_run(data="toy_walks[root=/secret/place]", seed=4, budget="25it")
-    found = card(tmp_path / "run")
+    trained, _ = toy_run(data="toy_walks[root=/secret/place]", seed=4, budget="25it")
+    facts = card(tmp_path / "run")
     assert (
-        found["command"] == "bench train toy_trainee -d toy_walks --preset default --budget 25it --seed 4"
+        facts["command"] == "bench train toy_trainee -d toy_walks --preset default --budget 25it --seed 4"
     )
-    assert "secret" not in json.dumps(found)
-    assert (found["method"], found["version"], found["facts"]) == ("toy_trainee", "1", {"kind": "linear"})
-    assert found["data"] == {
+    assert "secret" not in json.dumps(facts)
+    assert (facts["method"], facts["version"], facts["facts"]) == ("toy_trainee", "1", {"kind": "linear"})
+    assert facts["data"] == {
         "spec": "toy_walks",
         "label": "toy_walks",
         "content": "one",
-        "motion": done.asked.motion,
+        "motion": trained.run.motion,
         "clips": 6,
         "hours": pytest.approx(6 * 40 / 30 / 3600, abs=1e-3),
     }
-    assert (found["steps"], found["seed"], found["init"], found["processes"]) == (25, 4, None, 1)
-    assert (found["recipe"]["steps"], found["recipe"]["batch"], found["preset"]) == (25, 8, "default")
-    assert found["training_manifest"] == {"characters": ["small", "tall"], "structures": ["toy"]}
-    assert [each["step"] for each in found["validation"]] == [15, 25]
-    assert found["scores"] == found["validation"][[15, 25].index(found["step"])]["scores"]
-    assert found["curve"][-1]["step"] == 25
-    assert set(found["losses"]) == {"generator.rebuilt", "generator.fooled", "critic.told"}
-    assert found["torch"] == torch.__version__
-    assert "threads" in found["hardware"]
-    assert found["notes"] == []
-    assert found["hash"] == weights.read(tmp_path / "run").hash
-    assert done.at.step == 25
+    assert (facts["steps"], facts["seed"], facts["init"], facts["processes"]) == (25, 4, None, 1)
+    assert (facts["recipe"]["steps"], facts["recipe"]["batch"], facts["preset"]) == (25, 8, "default")
+    assert facts["training_manifest"] == {"characters": ["small", "tall"], "structures": ["toy"]}
+    assert [each["step"] for each in facts["validation"]] == [15, 25]
+    assert facts["scores"] == facts["validation"][[15, 25].index(facts["step"])]["scores"]
+    assert facts["curve"][-1]["step"] == 25
+    assert set(facts["losses"]) == {"generator.rebuilt", "generator.fooled", "critic.told"}
+    assert facts["torch"] == torch.__version__
+    assert "threads" in facts["hardware"]
+    assert facts["notes"] == []
+    assert facts["hash"] == weights.read(tmp_path / "run").hash
+    assert trained.at.step == 25
 
 
 def test_the_manifest_is_the_data_sets_without_what_the_method_left_out(toy_run, tmp_path, monkeypatch):
@@ -82,26 +81,26 @@ def _with_rex(characters):
 
 def test_its_folder_is_a_value_of_the_parameter_weights(toy_run, tmp_path):
     toy_run()
-    made = registry.create("methods", f"toy_trainee[weights={tmp_path / 'run'}]")
-    kept = checkpoint.read(tmp_path / "run").exported
-    torch.testing.assert_close(made.tensors["weight"], kept["weight"], rtol=1e-3, atol=1e-4)
+    method = registry.create("methods", f"toy_trainee[weights={tmp_path / 'run'}]")
+    stored = checkpoint.read(tmp_path / "run").exported
+    torch.testing.assert_close(method.tensors["weight"], stored["weight"], rtol=1e-3, atol=1e-4)
 
 
 def test_validation_is_of_held_out_cases_that_the_method_supports(toy_run):
-    done, _ = toy_run(preset="quick")
-    for each in done.at.validation:
+    trained, _ = toy_run(preset="quick")
+    for each in trained.at.validation:
         assert {split: values["n"] for split, values in each["scores"].items()} == {"intra": 2, "cross": 2}
 
 
 def test_cases_without_right_answers_do_not_keep_weights_from_being_chosen(toy_run):
-    done, _ = toy_run(data="toy_walks[kind=apart]")
-    assert done.at.best is not None
-    assert all(set(each["scores"]) == {"intra"} for each in done.at.validation)
+    trained, _ = toy_run(data="toy_walks[kind=apart]")
+    assert trained.at.best is not None
+    assert all(set(each["scores"]) == {"intra"} for each in trained.at.validation)
 
 
 def test_without_validation_the_last_weights_are_kept_and_it_is_said(toy_run, tmp_path):
-    done, reporter = toy_run(data="toy_walks[kind=unwatched]")
-    assert done.at.best is None
+    trained, reporter = toy_run(data="toy_walks[kind=unwatched]")
+    assert trained.at.best is None
     assert reporter.said == [
         "the data set has no validation part: no weights were chosen by validation, these are the last "
         "ones",
@@ -121,8 +120,8 @@ def test_a_case_that_gets_no_answer_is_told_of_and_chooses_nothing(toy_run, monk
         return retarget(self, source, target, context=context)
 
     monkeypatch.setattr(method, "retarget", lame)
-    done, reporter = toy_run()
-    assert done.at.best is None
+    trained, reporter = toy_run()
+    assert trained.at.best is None
     problems = {status.problem for status in reporter.moments if status.validation}
     assert len(problems) == 1
     assert "cannot walk tall" in problems.pop()
@@ -175,9 +174,9 @@ def test_a_character_that_is_left_out_is_named_and_is_not_in_the_manifest(toy_ru
 def test_clips_that_are_shorter_than_a_window_are_counted(toy_run, monkeypatch):
     every = bound.dataset(Spec("toy_walks")).built.training()["toy"]
     kind, window = type(every["tall"]), bound.method(Spec("toy_trainee")).built.presets["quick"].window
-    whole = kind.__getitem__
+    usual = kind.__getitem__
     lengths = iter([window, window - 1, 3, window, 2 * window, window - 1])
-    monkeypatch.setattr(kind, "__getitem__", lambda self, n: whole(self, n).at(slice(next(lengths))))
+    monkeypatch.setattr(kind, "__getitem__", lambda self, n: usual(self, n).at(slice(next(lengths))))
     _, reporter = toy_run(preset="quick")
     assert reporter.said == [
         "training on 0 minutes of motion: 6 clips of 2 characters, 3 of them shorter than a window "
@@ -189,9 +188,9 @@ def _any_number(build):
     """The toy's learner without its demand for two characters."""
 
     def training_module(self, training_data, config):
-        made = build(self, SimpleNamespace(clips={"one": 1, "two": 2}), config)
-        made.training_data = training_data
-        return made
+        learner = build(self, SimpleNamespace(clips={"one": 1, "two": 2}), config)
+        learner.training_data = training_data
+        return learner
 
     return training_module
 
@@ -218,21 +217,6 @@ def test_a_device_that_is_not_there_is_refused(monkeypatch):
         parallel.device("cuda")
 
 
-def test_a_full_disk_stops_it_with_the_checkpoint_before_intact(toy_run, tmp_path, monkeypatch):
-    write = Path.write_bytes
-
-    def nearly_full(self, data):
-        if "step-30" in self.name:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return write(self, data)
-
-    monkeypatch.setattr(Path, "write_bytes", nearly_full)
-    with pytest.raises(BenchError, match=r"step-30.safetensors: cannot be written \(No space left"):
-        toy_run()
-    assert checkpoint.read(tmp_path / "run").step == 15
-    monkeypatch.undo()
-
-
 # ---------------------------------------------------------------------------------------- going on
 @pytest.mark.parametrize(
     ("options", "says"),
@@ -242,6 +226,8 @@ def test_a_full_disk_stops_it_with_the_checkpoint_before_intact(toy_run, tmp_pat
         ({"budget": "99it"}, "began with budget 30it, not 99it"),
         ({"preset": "quick"}, "began with preset default, not quick"),
         ({"seed": 7}, "began with seed 0, not 7"),
+        ({"precision": "bfloat16"}, "began with precision float32, not bfloat16"),
+        ({"augment": True}, "began with augment False, not True"),
     ],
 )
 def test_options_that_contradict_the_run_are_refused(toy_run, options, says):
@@ -251,18 +237,40 @@ def test_options_that_contradict_the_run_are_refused(toy_run, options, says):
     assert says in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("options", "words", "recipe"),
+    [
+        ({"precision": "bfloat16"}, "--precision bfloat16", {"precision": "bfloat16"}),
+        ({"augment": True}, "--augment", {"augmentation": asdict(Augmentation())}),
+    ],
+)
+def test_options_are_recorded_told_on_the_card_and_kept(toy_run, tmp_path, options, words, recipe):
+    assert toy_run(stop=17, **options)[0] is None
+    assert request.read(tmp_path / "run").command.endswith(f"{words} --seed 0")
+    toy_run(resume=True, **options)
+    finished = card(tmp_path / "run")
+    assert words in finished["command"]
+    assert recipe.items() <= finished["recipe"].items()
+    toy_run("whole", **options)
+    toy_run("plain")
+    resumed, uninterrupted, plain = (
+        weights.read(tmp_path / name).hash for name in ("run", "whole", "plain")
+    )
+    assert resumed == uninterrupted != plain
+
+
 def test_data_that_lie_elsewhere_now_are_the_same_data(toy_run):
     toy_run(data="toy_walks[root=/old]", preset="quick", stop=6)
-    done, _ = toy_run(data="toy_walks[root=/new]", resume=True)
-    assert (done.at.step, done.asked.dataset) == (10, "toy_walks[root=/new]")
+    trained, _ = toy_run(data="toy_walks[root=/new]", resume=True)
+    assert (trained.at.step, trained.run.dataset) == (10, "toy_walks[root=/new]")
 
 
 def test_only_the_torchrun_that_began_a_run_goes_on_with_it_by_itself(toy_run, monkeypatch):
     monkeypatch.setenv("TORCHELASTIC_RUN_ID", "mine")
     toy_run(preset="quick", stop=6)
     monkeypatch.setenv("TORCHELASTIC_RESTART_COUNT", "1")
-    done, reporter = toy_run(preset="quick")
-    assert (done.at.step, reporter.moments[0].step) == (10, 6)
+    trained, reporter = toy_run(preset="quick")
+    assert (trained.at.step, reporter.moments[0].step) == (10, 6)
     monkeypatch.setenv("TORCHELASTIC_RUN_ID", "another")
     with pytest.raises(BenchError, match="already holds a run"):
         toy_run(preset="quick")
@@ -270,21 +278,21 @@ def test_only_the_torchrun_that_began_a_run_goes_on_with_it_by_itself(toy_run, m
 
 def test_another_number_of_processes_is_said(toy_run, tmp_path):
     toy_run(preset="quick", stop=6)
-    kept = request.read(tmp_path / "run")
-    request.write(tmp_path / "run", replace(kept, processes=4))
+    recorded = request.read(tmp_path / "run")
+    request.write(tmp_path / "run", replace(recorded, processes=4))
     _, reporter = toy_run(resume=True)
     assert reporter.said == ["this run began with 4 processes; its batches are now others"]
 
 
 def test_a_run_goes_on_by_its_folder_alone(toy_run):
     toy_run(budget="30it", preset="quick", seed=2, stop=20)
-    done, _ = toy_run(method=None, data=None, resume=True)
-    assert (done.at.step, done.asked.preset, done.asked.seed) == (30, "quick", 2)
+    trained, _ = toy_run(method=None, data=None, resume=True)
+    assert (trained.at.step, trained.run.preset, trained.run.seed) == (30, "quick", 2)
 
 
 def test_resume_begins_a_run_where_there_is_none_yet(toy_run):
-    done, _ = toy_run(preset="quick", resume=True)
-    assert done.at.step == 10
+    trained, _ = toy_run(preset="quick", resume=True)
+    assert trained.at.step == 10
 
 
 @pytest.mark.parametrize(
@@ -312,9 +320,9 @@ def test_other_data_or_another_method_than_it_began_with_is_refused(toy_run, spo
 
 def test_a_checkpoint_of_another_network_is_refused(toy_run, tmp_path):
     toy_run(stop=20)
-    kept = checkpoint.read(tmp_path / "run")
-    state = {name: each for name, each in kept.state.items() if "critic.bias" not in name}
-    checkpoint.write(tmp_path / "run", checkpoint.Checkpoint(kept.step, kept.seconds, state))
+    stored = checkpoint.read(tmp_path / "run")
+    state = {name: each for name, each in stored.state.items() if "critic.bias" not in name}
+    checkpoint.write(tmp_path / "run", checkpoint.Checkpoint(stored.step, stored.seconds, state))
     with pytest.raises(BenchError, match="the checkpoint is of another network"):
         toy_run(resume=True)
 
@@ -322,8 +330,8 @@ def test_a_checkpoint_of_another_network_is_refused(toy_run, tmp_path):
 def test_init_begins_with_given_weights_and_a_fresh_optimiser(toy_run, tmp_path):
     toy_run("first", budget="200it")
     first = weights.read(tmp_path / "first")
-    done, _ = toy_run("more", init=str(tmp_path / "first"), budget="10it")
-    assert done.asked.init == first.hash
+    trained, _ = toy_run("more", init=str(tmp_path / "first"), budget="10it")
+    assert trained.run.init == first.hash
     assert card(tmp_path / "more")["init"] == first.hash
     assert str(tmp_path) not in json.dumps(card(tmp_path / "more"))
     started, fresh = (

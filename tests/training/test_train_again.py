@@ -28,13 +28,13 @@ def test_the_manifest_holds_what_all_generations_of_weights_have_seen(toy_run, t
     toy_run("second", preset="quick", init=str(tmp_path / "first"))
     _known_as(monkeypatch, characters=["tall"])
     toy_run("third", preset="quick", init=str(tmp_path / "second"))
-    found = card(tmp_path / "third")
-    assert {key: set(names) for key, names in found["training_manifest"].items()} == {
+    facts = card(tmp_path / "third")
+    assert {key: set(names) for key, names in facts["training_manifest"].items()} == {
         "characters": {"small", "bob", "tall"},
         "kinds": {"run"},
         "clips": {"walk"},
     }
-    assert found["notes"] == []
+    assert facts["notes"] == []
 
 
 def test_weights_that_do_not_say_what_they_have_seen_are_noted_for_good(toy_run, tmp_path):
@@ -57,23 +57,23 @@ def test_a_folder_in_which_another_process_trains_is_refused(toy_run, tmp_path):
         pytest.raises(BenchError, match="another process is training in"),
     ):
         toy_run(resume=True)
-    done, _ = toy_run(resume=True)
-    assert done.at.step == 10
+    trained, _ = toy_run(resume=True)
+    assert trained.at.step == 10
     assert not (tmp_path / "run" / request.LOCK).exists()
 
 
 def test_a_run_keeps_its_folder_as_long_as_it_trains(toy_run, tmp_path, monkeypatch):
-    said = []
+    messages = []
 
     def look(*_):
         with pytest.raises(BenchError) as caught, request.locked(tmp_path / "run"):
             pass
-        said.append(str(caught.value))
+        messages.append(str(caught.value))
         raise KeyboardInterrupt
 
     monkeypatch.setattr(train.Loop, "_after", look)
     toy_run(preset="quick")
-    assert said == [f"another process is training in {tmp_path / 'run'}"]
+    assert messages == [f"another process is training in {tmp_path / 'run'}"]
 
 
 def test_other_training_motion_than_it_began_with_is_refused(toy_run, monkeypatch):
@@ -90,8 +90,8 @@ def test_a_run_from_before_motion_was_hashed_goes_on(toy_run, tmp_path):
     facts = json.loads(path.read_text())
     old = {name: value for name, value in facts.items() if name not in ("motion", "seen", "seen_all")}
     path.write_text(json.dumps(old))
-    done, _ = toy_run(resume=True)
-    assert (done.at.step, done.asked.motion) == (10, facts["motion"])
+    trained, _ = toy_run(resume=True)
+    assert (trained.at.step, trained.run.motion) == (10, facts["motion"])
 
 
 # ------------------------------------------------------------------------------------ what the card says
@@ -103,10 +103,10 @@ def test_a_limit_of_time_leaves_no_number_of_steps_in_the_recipe(toy_run, tmp_pa
 
 def test_the_card_says_as_what_the_scores_were_measured(toy_run, tmp_path):
     toy_run(method="toy_trainee[does=slowly,weights=some]", preset="quick")
-    found = card(tmp_path / "run")
-    assert found["scored_as"] == "toy_trainee[does=slowly]"
-    assert "scored as: toy_trainee[does=slowly]" in described(found)
-    plain = described({**found, "scored_as": "toy_trainee[kind=linear]"})
+    facts = card(tmp_path / "run")
+    assert facts["scored_as"] == "toy_trainee[does=slowly]"
+    assert "scored as: toy_trainee[does=slowly]" in described(facts)
+    plain = described({**facts, "scored_as": "toy_trainee[kind=linear]"})
     assert not [line for line in plain if line.startswith("scored as")]
 
 

@@ -86,7 +86,7 @@ def pair(request, tmp_path_factory):
     runs = []
     for name, does in (("whole", ""), ("killed", "[does=kill]")):
         (folder / f"{name}-dump").mkdir()
-        wanted = [
+        arguments = [
             f"{TOYS / 'toy_trainee.py'}{does}",
             "-d",
             str(TOYS / "toy_walks.py"),
@@ -96,7 +96,7 @@ def pair(request, tmp_path_factory):
             "5",
         ]
         environment = {"TOY_DUMP": str(folder / f"{name}-dump")}
-        runs.append({"words": [*TRAIN, *wanted], "environment": environment})
+        runs.append({"words": [*TRAIN, *arguments], "environment": environment})
     if request.param == "torchrun":
         started = [torchrun(**run) for run in runs]
     else:
@@ -115,9 +115,9 @@ def noted(folder, rank):
 
 def test_a_killed_process_costs_nothing_but_time(pair):
     assert rows(pair / "killed") == rows(pair / "whole")
-    mine, theirs = (checkpoint.read(pair / name).state for name in ("killed", "whole"))
-    assert mine.keys() == theirs.keys()
-    assert all(torch.equal(mine[name], theirs[name]) for name in mine)
+    state, expected = (checkpoint.read(pair / name).state for name in ("killed", "whole"))
+    assert state.keys() == expected.keys()
+    assert all(torch.equal(state[name], expected[name]) for name in state)
     assert weights.read(pair / "killed").hash == weights.read(pair / "whole").hash
     steps = [line[0] for line in noted(pair / "killed-dump", 1)]
     assert steps == [*range(23), *range(15, 40)]
@@ -149,13 +149,13 @@ def test_the_gradient_is_the_mean_over_the_batches_of_all_processes(pair, toy_pl
         total = [t + g / 2 for t, g in zip(total, grads, strict=True)]
     norm = torch.cat([each.flatten() for each in total]).norm()
     rate = config.rate_at(0, 0.0)
-    wanted = []
+    expected = []
     for p, g in zip(mine, total, strict=True):
         clipped = g * min(1.0, 1.0 / (float(norm) + 1e-6))
-        wanted += (p - rate * clipped / (clipped.abs() + 1e-8)).flatten().tolist()
+        expected += (p - rate * clipped / (clipped.abs() + 1e-8)).flatten().tolist()
     after = noted(pair / "whole-dump", 0)[1]
     assert after[0] == 1
-    np.testing.assert_allclose(after[1 : 1 + len(wanted)], wanted, rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(after[1 : 1 + len(expected)], expected, rtol=1e-5, atol=1e-6)
     row = rows(pair / "whole")[0]
     assert float(row["generator.norm"]) > 0
 

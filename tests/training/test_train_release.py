@@ -41,12 +41,12 @@ def released(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     def command(*words: str) -> list[Any]:
         asked.clear()
         with without_processes():
-            done = CliRunner().invoke(
+            result = CliRunner().invoke(
                 release.command,
                 ["--tiny", "--device", "cpu", "-j", "1", "--out", str(tmp_path / "out"), *words],
             )
-        if done.exception and not isinstance(done.exception, SystemExit):
-            raise done.exception
+        if result.exception and not isinstance(result.exception, SystemExit):
+            raise result.exception
         return asked
 
     return command

@@ -36,7 +36,7 @@ def training_data():
 
 def test_clips_are_kept_at_the_rate_asked_for_where_the_body_is_the_same(training_data):
     """Longer shins are another body; another rest pose with the same bones is not."""
-    assert {name: [clip.name for clip in mine] for name, mine in training_data.clips.items()} == {
+    assert {name: [clip.name for clip in clips] for name, clips in training_data.clips.items()} == {
         "anna": ["anna-0", "anna-2"],
         "bert": ["bert-0", "bert-1"],
     }
@@ -51,16 +51,16 @@ def test_clips_are_kept_at_the_rate_asked_for_where_the_body_is_the_same(trainin
 def test_processes_find_the_same(training_data):
     again = gathered(jobs=2)
     assert list(again.clips) == list(training_data.clips)
-    for name, mine in again.clips.items():
-        for clip, other in zip(mine, training_data.clips[name], strict=True):
+    for name, clips in again.clips.items():
+        for clip, other in zip(clips, training_data.clips[name], strict=True):
             assert all(np.array_equal(array, other.arrays[key]) for key, array in clip.arrays.items())
 
 
 def test_whom_a_method_cannot_take_is_named(training_data):
     del training_data
-    found = gathered("rooted[without=bert]")
-    assert list(found.clips) == ["anna"]
-    assert "not trained on bert: too shy" in found.notes
+    data = gathered("rooted[without=bert]")
+    assert list(data.clips) == ["anna"]
+    assert "not trained on bert: too shy" in data.notes
     with pytest.raises(NotSupported, match=r"odd_clips has no motion that rooted.* trained on: too shy"):
         gathered("rooted[without='anna bert']")
 
@@ -84,12 +84,12 @@ def test_a_data_set_without_training_motion_says_so():
 
 
 def test_progress_is_told(tmp_path):
-    told = []
+    progress = []
     names = list(training_clips(registry.create("datasets", "odd_clips"))["toy"])
     common = {"dataset": Spec("odd_clips"), "method": Spec("rooted"), "fps": 60.0, "folder": tmp_path}
     common["augmented"] = False
-    by_character(clips_of, names, common, 1, lambda *at: told.append(at))
-    assert told == [(0, 2), (1, 2), (2, 2)]
+    by_character(clips_of, names, common, 1, lambda *at: progress.append(at))
+    assert progress == [(0, 2), (1, 2), (2, 2)]
 
 
 # ---------------------------------------------------------------------------------------------- windows
@@ -102,12 +102,12 @@ def test_statistics_are_over_every_frame_once(training_data):
 def test_motion_lies_on_disk_and_leaves_nothing_there(tmp_path, monkeypatch):
     """Arrays are mapped into memory, in the cache folder or, where that cannot be written, elsewhere."""
     monkeypatch.setenv("RETARGET_BENCH_CACHE", str(tmp_path / "cache"))
-    found = gather(Spec("odd_clips"), Spec("rooted"), 60.0, 1, lambda *at: None)
-    array = next(iter(found.clips.values()))[0].arrays["root"]
+    data = gather(Spec("odd_clips"), Spec("rooted"), 60.0, 1, lambda *at: None)
+    array = next(iter(data.clips.values()))[0].arrays["root"]
     while isinstance(array.base, np.ndarray):
         array = array.base
     assert isinstance(array, np.memmap)
     assert list((tmp_path / "cache" / "training").iterdir()) == []
     (tmp_path / "file").touch()
     monkeypatch.setenv("RETARGET_BENCH_CACHE", str(tmp_path / "file"))
-    assert gather(Spec("odd_clips"), Spec("rooted"), 60.0, 1, lambda *at: None).hash == found.hash
+    assert gather(Spec("odd_clips"), Spec("rooted"), 60.0, 1, lambda *at: None).hash == data.hash

@@ -30,10 +30,10 @@ def part(folder, head):
     return {key.removeprefix(head): each for key, each in state.items() if key.startswith(head)}
 
 
-def same(mine, theirs):
-    assert mine.keys() == theirs.keys()
-    for name in mine:
-        assert torch.equal(mine[name], theirs[name]), name
+def same(tensors, expected):
+    assert tensors.keys() == expected.keys()
+    for name in tensors:
+        assert torch.equal(tensors[name], expected[name]), name
 
 
 def noted(folder):
@@ -98,10 +98,10 @@ def test_the_average_is_validated_and_kept_and_buffers_are_as_they_are(averaged_
         return retarget(self, source, target, context=context)
 
     monkeypatch.setattr(method, "retarget", seen)
-    done, _ = averaged_run(budget="15it")
+    trained, _ = averaged_run(budget="15it")
     average = part(tmp_path / "run", "average/")
     assert not torch.equal(average["map.weight"], part(tmp_path / "run", "modules/")["map.weight"])
-    for tensors in (asked[-1], done.at.exported):
+    for tensors in (asked[-1], trained.at.exported):
         same(dict(tensors), {name: average[f"map.{name}"] for name in ("weight", "bias")})
     assert "critic.history" not in average
     card = json.loads((tmp_path / "run" / "weights.json").read_text())
@@ -110,16 +110,16 @@ def test_the_average_is_validated_and_kept_and_buffers_are_as_they_are(averaged_
 
 def test_without_validation_the_last_average_is_exported(averaged_run, tmp_path):
     averaged_run(data="toy_walks[kind=unwatched]")
-    kept, average = weights.read(tmp_path / "run").tensors, part(tmp_path / "run", "average/")
-    same(dict(kept), {name: average[f"map.{name}"] for name in ("weight", "bias")})
+    tensors, average = weights.read(tmp_path / "run").tensors, part(tmp_path / "run", "average/")
+    same(dict(tensors), {name: average[f"map.{name}"] for name in ("weight", "bias")})
 
 
 def test_training_on_begins_with_the_average(averaged_run, tmp_path, monkeypatch):
     averaged_run("first")
     monkeypatch.setenv("TOY_DUMP", str(tmp_path))
     averaged_run("second", init=str(tmp_path / "first"), budget="2it")
-    kept = weights.read(tmp_path / "first").tensors
-    expected = torch.cat([kept["weight"].flatten(), kept["bias"]]).numpy()
+    tensors = weights.read(tmp_path / "first").tensors
+    expected = torch.cat([tensors["weight"].flatten(), tensors["bias"]]).numpy()
     np.testing.assert_array_equal(noted(tmp_path)[0][:12].astype(np.float32), expected)
 
 
@@ -159,13 +159,13 @@ def test_an_update_reads_no_number_of_the_device():
 
 def test_what_reproduces_a_paper_has_no_average_and_what_is_ours_has_one():
     names, _ = registry.working("methods")
-    found = {}
+    presets_of = {}
     for name in names:
         built = bound.method(Spec(name)).built
         if getattr(built, "presets", None):
-            found[name] = built.presets
-    assert {"pan", "humot", "nkn", "smrm", "pmnet", "r2et", "san", "same", "paired"} <= set(found)
-    for name, presets in found.items():
+            presets_of[name] = built.presets
+    assert {"pan", "humot", "nkn", "smrm", "pmnet", "r2et", "san", "same", "paired"} <= set(presets_of)
+    for name, presets in presets_of.items():
         assert presets["default"].average > 0, name
         if name != "paired":  # it has no paper
             assert presets["paper"].average == 0, name

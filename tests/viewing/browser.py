@@ -15,8 +15,8 @@ NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 def found() -> str | None:
     """The program: ``$CHROMIUM``, else the first of ``NAMES`` on the path."""
-    asked = os.environ.get("CHROMIUM")
-    return asked or next((path for name in NAMES if (path := shutil.which(name))), None)
+    program = os.environ.get("CHROMIUM")
+    return program or next((path for name in NAMES if (path := shutil.which(name))), None)
 
 
 @pytest.fixture(scope="session")
@@ -49,10 +49,10 @@ class Tab:
         """Leave the page, so that nothing of it goes on; what it said and asked for."""
         self.page.goto("about:blank")
         self.page.mouse.move(0, 0)
-        told = [*self.said], [url for url in self.asked if url != "about:blank"]
+        record = [*self.said], [url for url in self.asked if url != "about:blank"]
         self.said.clear()
         self.asked.clear()
-        return told
+        return record
 
 
 @pytest.fixture(scope="module")
@@ -85,8 +85,8 @@ def open_page(browser, tabs) -> Iterator[Callable[..., Any]]:
         return tab.page
 
     yield opened
-    told = [tab.clear() for tab in used]
-    assert [text for said, _ in told for text in said] == []
-    asked = [url for _, asked in told for url in asked]
-    assert [url for url in asked if not url.startswith(("file:", "blob:", "data:"))] == []
-    assert len(asked) == len(used), asked
+    records = [tab.clear() for tab in used]
+    assert [text for messages, _ in records for text in messages] == []
+    requests = [url for _, requests in records for url in requests]
+    assert [url for url in requests if not url.startswith(("file:", "blob:", "data:"))] == []
+    assert len(requests) == len(used), requests

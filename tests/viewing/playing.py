@@ -24,11 +24,11 @@ def box_of(opened, label: str):
     return opened.get_by_role("checkbox", name=label)
 
 
-def until(opened, told: str) -> None:
+def until(opened, condition: str) -> None:
     """Waits for a JavaScript expression to be true, looking with every picture that the screen shows."""
     opened.evaluate(
         f"""new Promise((done) => {{
-            const look = () => ({told} ? done() : requestAnimationFrame(look));
+            const look = () => ({condition} ? done() : requestAnimationFrame(look));
             look();
         }})"""
     )

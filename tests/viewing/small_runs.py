@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.motion import bvh
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
+from tests.engine.small_plans import asked
 from tests.in_process import run_here
 from tests.viewing.viewing_toys.toy_moves import PERSON, body, moving
 
@@ -26,14 +25,7 @@ def toys() -> None:
 def ran(root: Path, *does: str, data: str = "toy_moves") -> list[ResultPaths]:
     """Results of ``toy_method[does=...]`` on both cases, by the metric ``position``."""
     toys()
-    plan = Plan(
-        methods=tuple(Spec.parse(f"toy_method[does={each}]") for each in does),
-        datasets=(Spec.parse(data),),
-        splits=("intra",),
-        metrics=("position",),
-        out=root,
-    )
-    return run_here(plan)
+    return run_here(asked(root, *(f"toy_method[does={each}]" for each in does), data=data))
 
 
 def bvh_file(path: Path, frames: int, fps: float = 30.0, joints: dict = PERSON) -> Path:

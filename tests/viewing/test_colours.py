@@ -15,17 +15,17 @@ from tests.viewing.small_runs import CASE, ran
 def test_methods_keep_the_colour_of_their_rank_whoever_is_shown_and_in_which_order(tmp_path):
     ran(tmp_path, "copy", "far")
     ranked = list(method_order.ranked(method_order.everything([tmp_path])))
-    wanted = {label: palette.COLOURS[place] for place, label in enumerate(ranked)}
-    assert len(set(wanted.values())) == 2
+    expected = {label: palette.COLOURS[place] for place, label in enumerate(ranked)}
+    assert len(set(expected.values())) == 2
     for methods in ((), tuple(ranked), tuple(reversed(ranked)), ranked[1:]):
         scene = scene_of([CASE], Options(out=tmp_path / "unused.png", results=[tmp_path], methods=methods))
-        told = dict(zip([figure.label for figure in scene.figures], names(scene), strict=True))
-        assert told.pop("source") == palette.SOURCE
-        assert told.pop("reference") == palette.REFERENCE
-        assert told == {label: wanted[label] for label in methods or ranked}
+        shown = dict(zip([figure.label for figure in scene.figures], names(scene), strict=True))
+        assert shown.pop("source") == palette.SOURCE
+        assert shown.pop("reference") == palette.REFERENCE
+        assert shown == {label: expected[label] for label in methods or ranked}
     case_list = CaseList([tmp_path])
     case_list.refresh()
-    assert case_list.scene(CASE).colours == wanted
+    assert case_list.scene(CASE).colours == expected
 
 
 def test_seeds_share_a_colour_and_who_has_no_rank_takes_one_that_is_free(tmp_path):

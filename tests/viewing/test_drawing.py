@@ -55,10 +55,10 @@ def has(picture, colour, at_least: int = 1) -> bool:
 def test_a_camera_is_a_pinhole():
     """Looking along -Z from 4 m away: similar triangles."""
     camera = Camera(np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, -1]]), 4.0, 100.0, (320.0, 240.0))
-    seen, depth, scale = camera.project(np.array([0.5, 1.0, 2.0]), np.array([0.0, 0.0, 0.0]))
+    projected, depth, scale = camera.project(np.array([0.5, 1.0, 2.0]), np.array([0.0, 0.0, 0.0]))
     assert depth == pytest.approx(2.0)
     assert scale == pytest.approx(200.0)
-    assert seen == pytest.approx([320 + 0.5 * 200, 240 - 1.0 * 200])
+    assert projected == pytest.approx([320 + 0.5 * 200, 240 - 1.0 * 200])
 
 
 @examples(40)
@@ -67,10 +67,10 @@ def test_whatever_is_fitted_is_in_the_picture_and_fills_it(seed, scale, size):
     points = scale * np.random.default_rng(seed).normal(size=(30, 3))
     turned = np.linalg.qr(np.random.default_rng(seed + 1).normal(size=(3, 3)))[0]
     (camera,) = fitted([(turned, points)], 0.0, size)
-    seen = camera.project(points, np.zeros(3))[0]
-    assert (seen >= 0).all()
-    assert (seen <= np.array(size)).all()
-    assert (np.ptp(seen, axis=0) / size).max() == pytest.approx(0.92)
+    projected = camera.project(points, np.zeros(3))[0]
+    assert (projected >= 0).all()
+    assert (projected <= np.array(size)).all()
+    assert (np.ptp(projected, axis=0) / size).max() == pytest.approx(0.92)
     assert camera.distance == pytest.approx(DISTANCE * np.linalg.norm(points, axis=1).max())
 
 
@@ -164,8 +164,8 @@ def test_who_is_elsewhere_is_said_to_be_out_of_view():
     reference = walker(label="reference", part="reference")
     picture = Drawing(scene(reference, far), DrawingStyle((600, 300)))
     near, away = picture._stages
-    assert near.seen(0)
-    assert not away.seen(0)
+    assert near.in_picture(0)
+    assert not away.in_picture(0)
     assert has(picture.at(0), TROUBLE, 5)
 
 
@@ -256,8 +256,8 @@ def test_a_sheet_has_a_row_per_figure_and_a_column_per_moment():
     size = drawing.usual_size(shown, 4, False)
     picture = pixels(drawing.sheet(shown, DrawingStyle(size), drawing.moments(range(12), 4)))
     for k, colour in enumerate(colours(shown)):
-        found = np.argwhere(np.abs(picture - colour).sum(axis=-1) < 8)
-        cells = found[found[:, 1] > 180]
+        coloured = np.argwhere(np.abs(picture - colour).sum(axis=-1) < 8)
+        cells = coloured[coloured[:, 1] > 180]
         third = (cells[:, 0] - 60) * 3 // (size[1] - 60)
         assert np.bincount(third, minlength=3).argmax() == k
         assert (np.histogram(cells[:, 1], bins=4, range=(170, size[0]))[0] > 20).all()

@@ -36,10 +36,10 @@ needs_viser = pytest.mark.skipif(
 
 def as_if_running(place: ResultPaths, cases: list[str]) -> None:
     """Complete results as they were while only these cases were done, and the last line half written."""
-    whole = store.read_results(place)
-    store.begin(place, replace(whole.header, files={}), list(whole.cases.values()))
-    journal.open_journal(place, whole.header.keys)
-    for entry in whole.entries:
+    results = store.read_results(place)
+    store.begin(place, replace(results.header, files={}), list(results.cases.values()))
+    journal.open_journal(place, results.header.keys)
+    for entry in results.entries:
         if entry.case in cases:
             journal.append_journal(place, entry)
     with place.journal.open("a") as file:
@@ -60,33 +60,33 @@ def test_a_shelf_has_the_cases_of_finished_results(tmp_path):
 
 def test_data_may_lie_elsewhere_than_usual(tmp_path, monkeypatch):
     ran(tmp_path, "copy")
-    asked = []
+    data_sets = []
     monkeypatch.setattr(
         "retarget_bench.viewer.scene_builder.of_stored",
-        lambda told, case, data, colours: asked.append(data),
+        lambda told, case, data, colours: data_sets.append(data),
     )
     case_list = CaseList([tmp_path], root="elsewhere")
     case_list.refresh()
     case_list.scene(CASE)
-    assert str(asked[0]) == "toy_moves[root=elsewhere]"
+    assert str(data_sets[0]) == "toy_moves[root=elsewhere]"
 
 
 def test_new_cases_of_a_running_run_appear(tmp_path):
-    done, running = ran(tmp_path, "copy", "positions")
+    finished, running = ran(tmp_path, "copy", "positions")
     as_if_running(running, [OTHER])
     assert CaseList([tmp_path], methods=["toy_method[does=positions]"]).refresh() == [OTHER]
     with pytest.raises(BenchError, match="no results of 'waltz'"):
         CaseList([tmp_path], methods=["waltz"]).refresh()
-    done.header.unlink()
+    finished.header.unlink()
     begun = CaseList([tmp_path])
     assert begun.refresh() == [OTHER]
     shown = begun.scene(OTHER).figures[2]
     assert (shown.label, shown.status) == ("toy_method[does=positions]", "ok")
     assert shown.positions is not None
-    told, torn, _ = running.journal.read_text().rpartition('{"case": "toy_mo')
+    complete_lines, torn, _ = running.journal.read_text().rpartition('{"case": "toy_mo')
     assert torn
     lost = {"case": CASE, "status": "failed", "message": "no", "values": {}}
-    running.journal.write_text(told + json.dumps(lost) + "\n")
+    running.journal.write_text(complete_lines + json.dumps(lost) + "\n")
     assert sorted(begun.refresh()) == sorted([CASE, OTHER])
     assert begun.scene(CASE).figures[2].message == "no"
 
@@ -109,8 +109,8 @@ def test_tubes_go_around_their_bones_and_face_outwards():
         length, (a, b) = np.linalg.norm(last - first), radii[bone]
         octagon = 4 * np.sin(np.pi / 4)  # its area, of radius 1
         cap = 0.7 * (1 + 0.71 + 0.71**2) / 3 + 0.3 * 0.71**2 / 3
-        whole = octagon * (length * (a * a + a * b + b * b) / 3 + cap * (a**3 + b**3))
-        assert volume == pytest.approx(whole, rel=1e-4)
+        expected = octagon * (length * (a * a + a * b + b * b) / 3 + cap * (a**3 + b**3))
+        assert volume == pytest.approx(expected, rel=1e-4)
     assert tube_faces(3).max() == 3 * AROUND * len(PROFILE) - 1
 
 
@@ -211,16 +211,20 @@ def test_pages_of_other_sites_are_refused(tmp_path):
     window = live.Window(CaseList(files=[bvh_file(tmp_path / "walk.bvh", 6)]), 0)
     try:
         port = window.server.get_port()
-        here, named = f"127.0.0.1:{port}", f"localhost:{port}"
-        assert answered(Origin=f"http://{here}") == answered(Host=named, Origin=f"http://{named}") == 101
+        here, localhost = f"127.0.0.1:{port}", f"localhost:{port}"
+        assert (
+            answered(Origin=f"http://{here}")
+            == answered(Host=localhost, Origin=f"http://{localhost}")
+            == 101
+        )
         for origin in ("http://evil.example", f"http://evil.example:{port}", "null", "", None):
             assert answered(Origin=origin) == 403, origin
         for other in (f"evil.example:{port}", "evil.example", f"127.0.0.1:{port + 1}"):
             assert answered(Host=other, Origin=f"http://{other}") == 403, other
-        assert answered(Origin=f"http://{named}") == 403
-        asked = urllib.request.Request(window.url, headers={"Host": f"evil.example:{port}"})
+        assert answered(Origin=f"http://{localhost}") == 403
+        request = urllib.request.Request(window.url, headers={"Host": f"evil.example:{port}"})
         with pytest.raises(urllib.error.HTTPError, match="403"):
-            urllib.request.urlopen(asked, timeout=20)
+            urllib.request.urlopen(request, timeout=20)
     finally:
         window.stop()
 
@@ -234,9 +238,9 @@ def refused(capsys, *arguments: str) -> str:
 
 def test_without_viser_a_sentence_says_what_to_do(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(live, "find_spec", lambda name: None)
-    said = refused(capsys, str(tmp_path))
-    assert said == f"bench: {live.NO_VISER}\n"
-    assert "pip install 'retarget-bench[viz]'" in said
+    message = refused(capsys, str(tmp_path))
+    assert message == f"bench: {live.NO_VISER}\n"
+    assert "pip install 'retarget-bench[viz]'" in message
 
 
 @needs_viser
@@ -244,9 +248,9 @@ def test_what_cannot_be_shown_is_told_in_words(tmp_path, capsys):
     assert "there is no folder" in refused(capsys, "-r", str(tmp_path / "none"))
     assert "cannot be read" in refused(capsys, str(tmp_path / "none.bvh"))
     assert "no case is called 'waltz'" in refused(capsys, "waltz", "-r", str(tmp_path))
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        port = str(taken.getsockname()[1])
-        said = refused(capsys, str(bvh_file(tmp_path / "a.bvh", 3)), "--port", port)
-    assert f"port {port} cannot be used" in said
+    with socket.socket() as busy:
+        busy.bind(("127.0.0.1", 0))
+        busy.listen()
+        port = str(busy.getsockname()[1])
+        message = refused(capsys, str(bvh_file(tmp_path / "a.bvh", 3)), "--port", port)
+    assert f"port {port} cannot be used" in message

@@ -16,19 +16,19 @@ STAIRS = Ground(heights=np.arange(20.0).reshape(4, 5) % 3 / 10, origin=(-1.0, -0
 
 # ------------------------------------------------------------------------------------------ what is read
 def test_the_page_reads_what_was_packed(mounted):
-    made = scene(ground=STAIRS)
-    opened = mounted(made)
+    original = scene(ground=STAIRS)
+    opened = mounted(original)
     read = opened.evaluate(
         """async () => (await RetargetPlayer.decode(packed(0))).figures.map((each) => ({
             positions: each.positions && [...each.positions], planted: each.planted && [...each.planted],
             error: each.error && [...each.error] }))"""
     )
-    for told, figure in zip(read[:-1], made.figures[:-1], strict=True):
-        back = np.array(told["positions"]).reshape(figure.positions.shape)
+    for decoded, figure in zip(read[:-1], original.figures[:-1], strict=True):
+        back = np.array(decoded["positions"]).reshape(figure.positions.shape)
         assert np.linalg.norm(back - figure.positions, axis=-1).max() < 5e-4
-        assert np.array_equal(np.array(told["planted"]).reshape(figure.planted.shape), figure.planted)
+        assert np.array_equal(np.array(decoded["planted"]).reshape(figure.planted.shape), figure.planted)
         if figure.error is not None:
-            assert np.abs(np.array(told["error"]) - figure.error).max() < 0.0051
+            assert np.abs(np.array(decoded["error"]) - figure.error).max() < 0.0051
     assert read[-1] == {"positions": None, "planted": None, "error": None}
     x, z = np.random.default_rng(0).uniform(-2, 2, (2, 40))
     floor = opened.evaluate(
@@ -45,7 +45,7 @@ def test_it_plays_pauses_and_starts_again_from_the_front(mounted):
     assert frame(opened) == 1
     button(opened, "Play").click()
     until(opened, f"{SHOWN} > 3")
-    seen = opened.evaluate(
+    frames = opened.evaluate(
         """() => new Promise((done) => {
             const seen = [];
             const look = () => {
@@ -55,7 +55,7 @@ def test_it_plays_pauses_and_starts_again_from_the_front(mounted):
             };
             look(); })"""
     )
-    assert max(seen) <= FRAMES
+    assert max(frames) <= FRAMES
     button(opened, "Pause").click()
     assert frame(opened) == frame(opened)
     assert button(opened, "Play").is_visible()
@@ -84,11 +84,11 @@ def test_slider_curve_and_buttons_go_to_frames(mounted):
 
 
 def test_worst_frames_are_the_peaks_of_error_and_can_be_gone_to(mounted):
-    made = scene()
-    opened = mounted(made)
+    original = scene()
+    opened = mounted(original)
     first = opened.locator(".rp-jump").first
     worst = max(
-        (figure for figure in made.figures if figure.error is not None), key=lambda f: f.error.max()
+        (figure for figure in original.figures if figure.error is not None), key=lambda f: f.error.max()
     )
     assert first.inner_text().split() == [
         worst.label, f"{worst.error.max():.1f}", "%", "frame", str(worst.error.argmax() + 1),
@@ -143,28 +143,28 @@ def test_every_key_that_is_listed_does_something(mounted):
 # ------------------------------------------------------------------------------------------ views
 def test_the_mouse_turns_moves_and_zooms_and_the_view_comes_back(mounted):
     opened = mounted()
-    seen = [picture(opened)]
+    pictures = [picture(opened)]
     canvas = opened.locator(".rp-canvas")
     box = canvas.bounding_box()
     middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     opened.mouse.move(*middle)
     opened.mouse.wheel(0, -240)
-    assert picture(opened) == seen[0], "the wheel is the page's until the picture has the focus"
+    assert picture(opened) == pictures[0], "the wheel is the page's until the picture has the focus"
     for pressed in ("left", "right"):
         opened.mouse.down(button=pressed)
         opened.mouse.move(middle[0] + 60, middle[1] + 25, steps=3)
         opened.mouse.up(button=pressed)
-        seen.append(picture(opened))
+        pictures.append(picture(opened))
         opened.mouse.move(*middle)
     canvas.focus()
     opened.mouse.wheel(0, -240)
-    seen.append(picture(opened))
+    pictures.append(picture(opened))
     for name in ("Front", "Side", "Top"):
         button(opened, name).click()
-        seen.append(picture(opened))
-    assert len(set(seen)) == len(seen)
+        pictures.append(picture(opened))
+    assert len(set(pictures)) == len(pictures)
     button(opened, "Reset view").click()
-    assert picture(opened) == seen[0]
+    assert picture(opened) == pictures[0]
 
 
 def test_touch_turns_and_pinches(mounted):
@@ -280,8 +280,8 @@ def test_other_scenes_follow_in_the_same_place(mounted):
 
 def test_what_cannot_be_unpacked_is_told(mounted):
     opened = mounted()
-    told = "RetargetPlayer.mount(place, { ...packed(0), schema: 99 }).ready"
-    opened.evaluate(told)
+    script = "RetargetPlayer.mount(place, { ...packed(0), schema: 99 }).ready"
+    opened.evaluate(script)
     assert "another version" in opened.get_by_role("alert").inner_text()
 
 

@@ -29,17 +29,17 @@ def test_it_starts_by_itself_only_where_motion_is_welcome(mounted):
 def test_everything_has_a_name_and_the_picture_is_told_when_it_rests(mounted):
     opened = mounted()
     for each in opened.locator(".rp button, .rp input, .rp select, .rp canvas").all():
-        named = each.evaluate(
+        name = each.evaluate(
             "(e) => e.getAttribute('aria-label') || (e.labels?.length ? e.labels[0] : e).textContent"
         )
-        assert named.strip(), each.evaluate("(e) => e.outerHTML")
+        assert name.strip(), each.evaluate("(e) => e.outerHTML")
     opened.evaluate("view.seek(4)")
     live = opened.locator(".rp-live")
     assert live.get_attribute("aria-live") == "polite"
     until(opened, "document.querySelector('.rp-live').textContent === 'Frame 5 of 24'")
-    told = opened.locator(".rp-canvas").get_attribute("aria-label")
-    assert "a walk. Frame 5 of 24, side by side: source (S); reference (T); good (T)" in told
-    assert "broken: failed" in told
+    label = opened.locator(".rp-canvas").get_attribute("aria-label")
+    assert "a walk. Frame 5 of 24, side by side: source (S); reference (T); good (T)" in label
+    assert "broken: failed" in label
     button(opened, "Play").click()
     until(opened, f"{SHOWN} > 9")
     assert live.inner_text() == "Frame 5 of 24", "who listens is not told of every frame"
@@ -70,8 +70,8 @@ def test_how_deep_a_figure_is_can_be_read_in_narrow_panels_too(mounted, width, w
         view.seek(9);
     }""")
     until(opened, "said.length > 0")
-    told = opened.evaluate("said")
-    assert any(re.fullmatch(rf"\d+\.\d cm {words}", each) for each in told), told
+    texts = opened.evaluate("said")
+    assert any(re.fullmatch(rf"\d+\.\d cm {words}", each) for each in texts), texts
 
 
 def luminance(hex_colour: str) -> float:
@@ -103,7 +103,7 @@ def test_joints_stand_out_the_more_the_farther_they_are_off(scheme):
     css = player.style().split("prefers-color-scheme: dark")[scheme]
     paper = luminance(re.findall(r"--rp-stage: (#[0-9a-f]{6});", css)[0]) + 0.05
     scale = re.findall(r"--rp-heat: ([#0-9a-f ]+);", css)[0].split()
-    loud = [max(told, paper) / min(told, paper) for told in (luminance(each) + 0.05 for each in scale)]
+    loud = [max(light, paper) / min(light, paper) for light in (luminance(each) + 0.05 for each in scale)]
     assert len(scale) == 9
     assert (np.diff(loud) > -0.02).all(), loud
     assert loud[0] > 1.3, "the best can be seen, too"
@@ -124,16 +124,16 @@ def test_colours_of_figures_stand_out_from_all_that_is_behind_their_swatches(mou
     for name in ("paper", "band", "stage"):
         behind = luminance(opened.evaluate(style, name)) + 0.05
         for each in swatches:
-            told = luminance("#{:02x}{:02x}{:02x}".format(*map(int, re.findall(r"\d+", each)))) + 0.05
-            assert max(told, behind) / min(told, behind) >= 3, (each, name)
+            light = luminance("#{:02x}{:02x}{:02x}".format(*map(int, re.findall(r"\d+", each)))) + 0.05
+            assert max(light, behind) / min(light, behind) >= 3, (each, name)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_source_and_reference_are_told_apart_on_dark_paper_too(mounted, scheme):
     opened = mounted(color_scheme=scheme)
     swatches = opened.locator(".rp-chip .rp-swatch")
-    told = swatches.evaluate_all("all => all.map((e) => e.style.backgroundColor)")[:2]
-    hexes = ["#{:02x}{:02x}{:02x}".format(*map(int, re.findall(r"\d+", each))) for each in told]
+    backgrounds = swatches.evaluate_all("all => all.map((e) => e.style.backgroundColor)")[:2]
+    hexes = ["#{:02x}{:02x}{:02x}".format(*map(int, re.findall(r"\d+", each))) for each in backgrounds]
     lights = sorted(luminance(each) + 0.05 for each in hexes)
     assert lights[1] / lights[0] >= 3, hexes
 

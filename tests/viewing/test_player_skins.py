@@ -15,7 +15,7 @@ from retarget_bench.motion.mesh import Mesh
 from retarget_bench.viewer import player
 from retarget_bench.viewer.packing import packed
 from retarget_bench.viewer.scene import Scene
-from retarget_bench.viewer.skins import FOLLOWED, WHOLE, Skin, thinned
+from retarget_bench.viewer.skins import FOLLOWED, FULL_WEIGHT, Skin, thinned
 
 SURFACE = """async (frames) => {
     const { figures, frames: all } = await RetargetPlayer.decode(packed(0));
@@ -41,15 +41,15 @@ def ball(rings: int, joints: int = 1) -> Mesh:
 
 
 def test_skins_are_where_those_of_python_are(mounted):
-    made = clad_scene()
-    moved = made.figures[0].motion
-    told = mounted(made, skins=True).evaluate(SURFACE, [0, 7, made.frames - 1])
+    original = clad_scene()
+    moved = original.figures[0].motion
+    decoded = mounted(original, skins=True).evaluate(SURFACE, [0, 7, original.frames - 1])
     mesh = moved.character.mesh
-    wanted = mesh.skinned(moved)[:, mesh.faces.ravel()]
-    for at, places in zip((0, 7, made.frames - 1), told["places"], strict=True):
-        seen = np.array(places).reshape(-1, 3)[told["faces"]]
-        assert np.linalg.norm(seen - wanted[at], axis=-1).max() < 2e-3
-        assert np.linalg.norm(seen - wanted[(at + 5) % made.frames], axis=-1).max() > 2e-2
+    expected = mesh.skinned(moved)[:, mesh.faces.ravel()]
+    for at, places in zip((0, 7, original.frames - 1), decoded["places"], strict=True):
+        drawn = np.array(places).reshape(-1, 3)[decoded["faces"]]
+        assert np.linalg.norm(drawn - expected[at], axis=-1).max() < 2e-3
+        assert np.linalg.norm(drawn - expected[(at + 5) % original.frames], axis=-1).max() > 2e-2
 
 
 def test_they_are_shown_in_place_of_bones_where_a_scene_has_any(mounted):
@@ -77,8 +77,8 @@ def test_they_are_shown_in_place_of_bones_where_a_scene_has_any(mounted):
 
 @pytest.mark.parametrize("name", ["Reset view", "Side"])
 def test_panels_have_room_for_what_skins_are_beside_joints(mounted, name):
-    made = clad_scene()
-    moved = made.figures[0].motion
+    original = clad_scene()
+    moved = original.figures[0].motion
     mesh = moved.character.mesh
     places = mesh.vertices.copy()
     places[-6:-3] += [[0.0, 0.0, 2.0], [0.0, 0.5, 2.0], [0.0, 0.0, 0.0]]
@@ -86,7 +86,7 @@ def test_panels_have_room_for_what_skins_are_beside_joints(mounted, name):
     long = replace(moved.character, skin=lambda: replace(mesh, vertices=places))
     wide = figure("long", "motion", replace(moved, character=long))
     options = {"colours": {"long": "#d00000"}}
-    opened = mounted(replace(made, figures=(wide,)), options=options, skins=True, width=400)
+    opened = mounted(replace(original, figures=(wide,)), options=options, skins=True, width=400)
     button(opened, "Skins").click()
     button(opened, name).click()
     frame(opened)
@@ -95,16 +95,16 @@ def test_panels_have_room_for_what_skins_are_beside_joints(mounted, name):
 
 
 def test_nobody_pays_for_skins_without_asking():
-    made, plain = clad_scene(), scene()
-    told = packed(made)
+    clothed, plain = clad_scene(), scene()
+    packed_scene = packed(clothed)
     assert packed(plain, skins=True) == packed(plain)
-    assert not any("skin" in each for each in told["bodies"])
-    assert not any(each["skin"] for each in told["figures"])
-    worn = packed(made, skins=True)
+    assert not any("skin" in each for each in packed_scene["bodies"])
+    assert not any(each["skin"] for each in packed_scene["figures"])
+    worn = packed(clothed, skins=True)
     assert [each["skin"] for each in worn["figures"]] == [True, False, False]
     assert ["skin" in each for each in worn["bodies"]] == [True, False]
     faces = worn["bodies"][0]["skin"]["faces"]
-    assert len(player.data(worn)) - len(player.data(told)) < 60 * faces + 60 * 18 * made.frames
+    assert len(player.data(worn)) - len(player.data(packed_scene)) < 60 * faces + 60 * 18 * clothed.frames
 
 
 def test_corners_follow_the_joints_with_the_largest_shares():
@@ -112,12 +112,15 @@ def test_corners_follow_the_joints_with_the_largest_shares():
     chance = np.random.default_rng(0)
     mesh = replace(person.mesh, weights=chance.dirichlet(np.ones(18), len(person.mesh.vertices)))
     skin = Skin.of(mesh)
-    assert (skin.shares.sum(axis=1) == WHOLE).all()
+    assert (skin.shares.sum(axis=1) == FULL_WEIGHT).all()
     assert (skin.shares >= 0).all()
     largest = np.sort(skin.mesh.weights, axis=1)[:, : -FOLLOWED - 1 : -1]
-    kept = np.take_along_axis(skin.mesh.weights, skin.joints[skin.followed], axis=1)
-    assert np.array_equal(kept, largest)
-    assert np.abs(skin.shares / WHOLE - largest / largest.sum(axis=1, keepdims=True)).max() < 1.6 / WHOLE
+    followed = np.take_along_axis(skin.mesh.weights, skin.joints[skin.followed], axis=1)
+    assert np.array_equal(followed, largest)
+    assert (
+        np.abs(skin.shares / FULL_WEIGHT - largest / largest.sum(axis=1, keepdims=True)).max()
+        < 1.6 / FULL_WEIGHT
+    )
 
 
 @pytest.mark.parametrize("most", [3000, 700, 60])
@@ -165,8 +168,8 @@ def test_nothing_shines_through_a_skin_fine_or_coarse(mounted, figures):
     weights[:, 0] = 1.0
     skin = Mesh(0.8 * round_one.vertices + person.skeleton.offsets[0], round_one.faces, weights)
     moved = acted(replace(person, skin=lambda: skin), 2)
-    made = Scene("balls", tuple(figure(f"{i}", "motion", moved) for i in range(figures)), 30.0)
-    opened = mounted(made, skins=True)
+    original = Scene("balls", tuple(figure(f"{i}", "motion", moved) for i in range(figures)), 30.0)
+    opened = mounted(original, skins=True)
     for name in ("Skins", "Contacts", "Floor faults"):
         button(opened, name).click()
     frame(opened)

@@ -58,14 +58,14 @@ def test_a_finger_that_scrolls_the_page_leaves_the_view_as_it_was(mounted):
     assert opened.evaluate("ended") == ["pointercancel"]
 
 
-def gone(made: Scene, label: str, far: float) -> Scene:
+def gone(original: Scene, label: str, far: float) -> Scene:
     """The same, but a figure goes so many metres away by the last frame."""
-    way = np.linspace(0.0, far, made.frames)[:, None, None] * [1.0, 0.0, 0.0]
+    way = np.linspace(0.0, far, original.frames)[:, None, None] * [1.0, 0.0, 0.0]
 
     def moved(each: Figure) -> Figure:
         return replace(each, positions=each.positions + way, motion=None)
 
-    return replace(made, figures=tuple(moved(f) if f.label == label else f for f in made.figures))
+    return replace(original, figures=tuple(moved(f) if f.label == label else f for f in original.figures))
 
 
 def alone_and_among(opened, labels: list[str], label: str) -> tuple[int, int, list[str]]:
@@ -76,8 +76,8 @@ def alone_and_among(opened, labels: list[str], label: str) -> tuple[int, int, li
     opened.evaluate(HEARD)
     opened.evaluate("(labels) => view.select(labels)", [*labels, label])
     frame(opened)
-    told = [text for text in opened.evaluate("[...said]") if "out of view" in text]
-    return before, opened.evaluate(RED, 0.5), [text.split()[0] for text in told]
+    out_of_view = [text for text in opened.evaluate("[...said]") if "out of view" in text]
+    return before, opened.evaluate(RED, 0.5), [text.split()[0] for text in out_of_view]
 
 
 @pytest.mark.parametrize("follow", [True, False])
@@ -87,10 +87,10 @@ def test_who_goes_far_away_does_not_make_the_others_tiny(mounted, follow):
     button(opened, "Floor faults").click()  # red, too
     if not follow:
         button(opened, "Follow").click()
-    before, after, told = alone_and_among(opened, ["source", "reference", "good", "sunk"], "leaning")
+    before, after, out_of_view = alone_and_among(opened, ["source", "reference", "good", "sunk"], "leaning")
     assert before > 500
     assert abs(after - before) < 0.05 * before
-    assert told == ["leaning"]
+    assert out_of_view == ["leaning"]
 
 
 def test_aligned_or_alone_it_is_in_view_wherever_it_goes(mounted):

@@ -68,16 +68,16 @@ def has_ffmpeg() -> bool:
 def test_videos_have_every_picture_and_even_sides(tmp_path, count, size):
     path = tmp_path / "clip.mp4"
     write_clip(path, [picture.resize(size) for picture in moving_square(count)], 15.0)
-    said = subprocess.run(
+    output = subprocess.run(
         [ffmpeg(), "-hide_banner", "-i", str(path), "-f", "null", "-"],
         capture_output=True,
         text=True,
         check=True,
     ).stderr
-    assert re.findall(r"frame= *(\d+)", said)[-1] == str(count)
-    assert "h264" in said
-    assert f"{size[0] + size[0] % 2}x{size[1] + size[1] % 2}" in said
-    assert "15 fps" in said
+    assert re.findall(r"frame= *(\d+)", output)[-1] == str(count)
+    assert "h264" in output
+    assert f"{size[0] + size[0] % 2}x{size[1] + size[1] % 2}" in output
+    assert "15 fps" in output
 
 
 @pytest.mark.skipif(not has_ffmpeg(), reason="no ffmpeg: pip install 'retarget-bench[video]'")

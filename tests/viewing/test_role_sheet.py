@@ -51,12 +51,16 @@ def test_labels_with_room_stand_at_their_joints():
 
 
 def test_bones_are_coloured_by_side_and_grey_without_a_role(tmp_path):
-    found = load(written(tmp_path / "hen.bvh", bird(), scale=100))
-    groups = dict(zip(found.motion.skeleton.names, joint_groups(found.motion.character), strict=True))
-    told = {name: GROUPS[group] for name, group in groups.items()}
-    assert (told["Bip01 L Foot"], told["Bip01 R Hand"]) == ("left", "right")
-    assert (told["Bip01 Neck"], told["BN_Tail02"], told["Bone_Beak"]) == ("middle", "middle", "no role")
-    picture = np.asarray(role_sheet(found))
+    imported = load(written(tmp_path / "hen.bvh", bird(), scale=100))
+    groups = dict(zip(imported.motion.skeleton.names, joint_groups(imported.motion.character), strict=True))
+    group_of = {name: GROUPS[group] for name, group in groups.items()}
+    assert (group_of["Bip01 L Foot"], group_of["Bip01 R Hand"]) == ("left", "right")
+    assert (group_of["Bip01 Neck"], group_of["BN_Tail02"], group_of["Bone_Beak"]) == (
+        "middle",
+        "middle",
+        "no role",
+    )
+    picture = np.asarray(role_sheet(imported))
     front = picture[100:, 300:760].reshape(-1, 3).astype(int)
     for colour in COLOURS:
         assert (np.abs(front - colour).max(axis=1) < 4).sum() > 50
@@ -88,14 +92,14 @@ def test_the_command_draws_one_file(tmp_path, capsys):
         assert picture.format == "PNG"
         assert min(picture.size) > 600
     for arguments in ((file, file, "--sheet", tmp_path / "x.png"), (file, "--sheet", tmp_path / "x.jpg")):
-        code, said = bench("doctor", *arguments)
+        code, message = bench("doctor", *arguments)
         assert code == 2
-        assert "--sheet" in said
+        assert "--sheet" in message
     assert not (tmp_path / "x.png").exists()
 
 
 def test_bodies_whose_names_say_nothing_are_drawn(real_data):
     """Joints without roles are labelled at the side that they are on, and no arrow says where they face."""
-    found = load(real_data / "gltf/CesiumMan.glb")
-    assert set(joint_groups(found.motion.character)) == {GROUPS.index("no role")}
-    assert min(role_sheet(found).size) > 600
+    imported = load(real_data / "gltf/CesiumMan.glb")
+    assert set(joint_groups(imported.motion.character)) == {GROUPS.index("no role")}
+    assert min(role_sheet(imported).size) > 600

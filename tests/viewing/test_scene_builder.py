@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from acted import clad_scene
-from small_runs import CASE, OTHER, bvh_file, ran, toys
+from small_runs import CASE, bvh_file, ran, toys
 from viewing_toys.toy_moves import DOG, PERSON
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import predictions
 from retarget_bench.viewer import scene_builder
+from tests.engine.small_plans import asked
 from tests.in_process import run_here
 from tests.motion import smpl_files
 
@@ -35,11 +35,11 @@ def test_a_case_has_source_reference_and_methods_in_their_order(tmp_path):
         12,
         30,
     )
-    source, reference, positions, copied, told = scene.figures
+    source, reference, positions, copied, peeked = scene.figures
     assert (source.character.name, copied.character.name) == ("small", "tall")
     assert positions.motion is None  # it said where joints are, not how they are turned
     assert copied.motion is not None
-    assert np.allclose(told.positions, reference.positions, atol=1e-6)
+    assert np.allclose(peeked.positions, reference.positions, atol=1e-6)
 
 
 def test_errors_are_those_of_the_rows(tmp_path):
@@ -80,13 +80,6 @@ def test_what_failed_is_told_and_not_drawn(tmp_path, does, status, words):
     assert scene.figures[2].positions is not None
 
 
-def test_a_refused_case_is_told_beside_one_that_was_not(tmp_path):
-    places = ran(tmp_path, "picky")
-    assert scene_builder.of_case(places, CASE).figures[2].status == "ok"
-    refused = scene_builder.of_case(places, OTHER).figures[2]
-    assert (refused.status, refused.message) == ("unsupported", "I only know tall targets")
-
-
 def test_a_prediction_that_is_gone_or_not_the_scored_one_is_missing(tmp_path):
     (place,) = ran(tmp_path, "copy")
     path = place.prediction(CASE)
@@ -96,9 +89,9 @@ def test_a_prediction_that_is_gone_or_not_the_scored_one_is_missing(tmp_path):
     assert (other.positions, other.status) == (None, "missing")
     assert "not the one that was scored" in other.message
     path.unlink()
-    gone = scene_builder.of_case([place], CASE).figures[2]
-    assert (gone.positions, gone.status) == (None, "missing")
-    assert "bench run makes it again" in gone.message
+    missing = scene_builder.of_case([place], CASE).figures[2]
+    assert (missing.positions, missing.status) == (None, "missing")
+    assert "bench run makes it again" in missing.message
 
 
 def test_one_frame_has_errors_and_no_contact(tmp_path):
@@ -122,17 +115,17 @@ def test_an_unknown_case_is_a_sentence_with_near_ones(tmp_path):
         BenchError, match=r"no case 'toy_moves/small>tall/nod'; near it: toy_moves/small>tall"
     ):
         scene_builder.of_case(places, "toy_moves/small>tall/nod")
-    with pytest.raises(BenchError, match="toy_moves has no case"):
-        scene_builder.of_case_asked(Spec("toy_moves"), None, "nothing", [])
+    with pytest.raises(BenchError, match="no case is called 'nothing'"):
+        scene_builder.of_case_asked(Spec("toy_moves"), "nothing", [])
 
 
 def test_asked_now_is_what_is_stored(tmp_path):
     stored = scene_builder.of_case(ran(tmp_path, "noise", "raise"), CASE)
     specs = [Spec.parse("toy_method[does=noise]"), Spec.parse("toy_method[does=raise]")]
-    asked = scene_builder.of_case_asked(Spec("toy_moves"), "intra", CASE, specs)
-    assert np.allclose(asked.figures[2].positions, stored.figures[2].positions, atol=1e-6)
-    assert asked.figures[3].message == stored.figures[3].message
-    assert [figure.label for figure in asked.figures] == [figure.label for figure in stored.figures]
+    computed = scene_builder.of_case_asked(Spec("toy_moves"), CASE, specs)
+    assert np.allclose(computed.figures[2].positions, stored.figures[2].positions, atol=1e-6)
+    assert computed.figures[3].message == stored.figures[3].message
+    assert [figure.label for figure in computed.figures] == [figure.label for figure in stored.figures]
 
 
 # ----------------------------------------------------------------------------------------- files
@@ -192,28 +185,22 @@ def test_files_that_cannot_be_shown_are_told_in_words(tmp_path):
 
 
 def test_skins_of_positions_follow_rotations_that_are_fitted_to_them():
-    made = clad_scene()
-    clad, places, bare = scene_builder.dressed(made).figures
-    assert clad.motion is made.figures[0].motion
-    assert bare is made.figures[2]
-    assert np.array_equal(places.positions, made.figures[1].positions)
+    original = clad_scene()
+    clad, places, bare = scene_builder.dressed(original).figures
+    assert clad.motion is original.figures[0].motion
+    assert bare is original.figures[2]
+    assert np.array_equal(places.positions, original.figures[1].positions)
     # these places are those of a motion of the same body: the fit finds them again, and the skin with them
     assert np.abs(places.motion.positions - places.positions).max() < 0.01
     assert "fitted" in places.message
     assert "cm mean" in places.message
-    again = scene_builder.dressed(scene_builder.dressed(made))
+    again = scene_builder.dressed(scene_builder.dressed(original))
     assert again.figures[1].message == places.message
 
 
 def test_the_reference_is_shown_once_where_the_control_of_that_name_was_run(tmp_path):
-    plan = Plan(
-        methods=(Spec.parse("reference"), Spec.parse("toy_method")),
-        datasets=(Spec.parse("toy_moves"),),
-        splits=("intra",),
-        metrics=("position",),
-        out=tmp_path,
-    )
-    scene = scene_builder.of_case(run_here(plan), CASE)
+    places = run_here(asked(tmp_path, "reference", "toy_method", data="toy_moves"))
+    scene = scene_builder.of_case(places, CASE)
     assert [figure.label for figure in scene.figures] == ["source", "reference", "toy_method"]
     assert scene.values["toy_method"]["mpjpe_h.world"] > 1
     assert scene.values["reference"]["mpjpe_h.world"] < 1e-3

@@ -11,11 +11,11 @@ import numpy as np
 from retarget_bench.files import digest
 from retarget_bench.motion.mesh import Mesh
 
-from ..cache import kept
+from ..cache import cached
 from ..randomness import Stream
-from .flesh import Flesh
 from .meshes import mesh
 from .structures import Body
+from .volume import BodyVolume
 
 VERSION = "1"
 """Moves when any vertex does."""
@@ -46,7 +46,7 @@ def clothed(body: Body, pose: np.ndarray) -> Mesh:
     """The clothed surface of a body, in the T-pose, into which ``pose`` ``(joints, 4)`` brings its rig."""
     bare = mesh(body, pose)
     sizes = repr((body.structure.name, body.proportions))
-    arrays = kept(
+    arrays = cached(
         f"puppets clothes {VERSION}",
         f"{body.name}-{digest(sizes)}",
         frozenset(("vertices",)),
@@ -58,8 +58,8 @@ def clothed(body: Body, pose: np.ndarray) -> Mesh:
 def _dressed(body: Body, bare: Mesh) -> np.ndarray:
     """``(V, 3)`` metres."""
     outward = normals(bare.vertices, bare.faces)
-    wanted = bare.weights @ looseness(body) * (1.0 + _NOISE * noise(body, bare.vertices))
-    free = _free(Flesh(body, 0.0), bare.vertices, outward, wanted)
+    thickness = bare.weights @ looseness(body) * (1.0 + _NOISE * noise(body, bare.vertices))
+    free = _free(BodyVolume(body, 0.0), bare.vertices, outward, thickness)
     edges = np.concatenate([bare.faces[:, [0, 1]], bare.faces[:, [1, 2]], bare.faces[:, [2, 0]]])
     for _ in range(_ROUNDS):
         sums, counts = np.zeros_like(free), np.zeros_like(free)
@@ -85,17 +85,17 @@ def _unfolded(bare: Mesh, free: np.ndarray, outward: np.ndarray) -> np.ndarray:
 
 def looseness(body: Body) -> np.ndarray:
     """``(joints,)`` metres: how far cloth lies off the skin of each joint on average."""
-    structure, found = body.structure, np.zeros(body.structure.joints)
+    structure, loose = body.structure, np.zeros(body.structure.joints)
     for joint, part in enumerate(structure.parts[: structure.joints]):
         stem = part.removeprefix("left_").removeprefix("right_")
         if part in structure.silent and structure.parents[joint] >= 0:
-            found[joint] = found[structure.parents[joint]] / body.proportions.girth
+            loose[joint] = loose[structure.parents[joint]] / body.proportions.girth
         elif stem.startswith("spine"):
-            found[joint] = _LOOSE["spine"]
+            loose[joint] = _LOOSE["spine"]
         else:
-            found[joint] = _LOOSE.get(stem, 0.0)
-        found[joint] *= body.proportions.girth
-    return found
+            loose[joint] = _LOOSE.get(stem, 0.0)
+        loose[joint] *= body.proportions.girth
+    return loose
 
 
 def noise(body: Body, points: np.ndarray) -> np.ndarray:
@@ -111,16 +111,18 @@ def noise(body: Body, points: np.ndarray) -> np.ndarray:
     return np.asarray(total / most)
 
 
-def _free(solid: Flesh, vertices: np.ndarray, outward: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """``(V,)`` metres: how far each vertex goes outward, at most as wanted, while the distance from all
-    flesh grows."""
-    step = wanted / _STEPS
-    reached, going = np.zeros_like(wanted), wanted > 0.0
+def _free(
+    solid: BodyVolume, vertices: np.ndarray, outward: np.ndarray, thickness: np.ndarray
+) -> np.ndarray:
+    """``(V,)`` metres: how far each vertex goes outward, at most by ``thickness``, while the distance from
+    the body grows."""
+    step = thickness / _STEPS
+    reached, active = np.zeros_like(thickness), thickness > 0.0
     before = solid.field(vertices)
     for number in range(1, _STEPS + 1):
         now = solid.field(vertices + (number * step)[:, None] * outward)
-        going &= now - before >= _RISE * step
-        reached = np.where(going, number * step, reached)
+        active &= now - before >= _RISE * step
+        reached = np.where(active, number * step, reached)
         before = now
     return reached
 
@@ -128,10 +130,10 @@ def _free(solid: Flesh, vertices: np.ndarray, outward: np.ndarray, wanted: np.nd
 def normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """``(V, 3)`` unit vectors outward: those of the triangles around, by area."""
     across = _across(vertices, faces)
-    found = np.zeros_like(vertices)
+    sums = np.zeros_like(vertices)
     for corner in range(3):
-        np.add.at(found, faces[:, corner], across)
-    return np.asarray(found / np.maximum(np.linalg.norm(found, axis=-1, keepdims=True), 1e-12))
+        np.add.at(sums, faces[:, corner], across)
+    return np.asarray(sums / np.maximum(np.linalg.norm(sums, axis=-1, keepdims=True), 1e-12))
 
 
 def _across(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

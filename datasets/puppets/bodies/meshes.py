@@ -1,6 +1,6 @@
 """Skinned bodies: one closed surface of about two thousand vertices around every body, kept on disk.
 
-The flesh is a field of distances, negative inside. Its surface is found by dual contouring of a regular
+The volume is a field of distances, negative inside. Its surface is found by dual contouring of a regular
 grid: one vertex for each piece of surface in a cell of the grid, one quad around each edge of the grid
 that crosses the surface (surface nets, Gibson 1998; with several vertices a cell as in dual marching
 cubes, Nielson 2004). The vertices are then moved onto the surface along the gradient. Inner corners that
@@ -17,9 +17,9 @@ import numpy as np
 from retarget_bench.files import digest
 from retarget_bench.motion.mesh import Mesh
 
-from ..cache import Arrays, kept
-from .flesh import Flesh
+from ..cache import Arrays, cached
 from .structures import Body
+from .volume import BodyVolume
 
 Field = Callable[[np.ndarray], np.ndarray]
 """``(points, 3)`` metres -> ``(points,)`` distance to the surface, roughly; negative inside."""
@@ -153,7 +153,7 @@ _DENSITY = 1.5
 def mesh(body: Body, pose: np.ndarray) -> Mesh:
     """The skin of a body, drawn in the T-pose, into which ``pose`` ``(joints, 4)`` brings its rig."""
     sizes = repr((body.structure.name, body.proportions))
-    arrays = kept(
+    arrays = cached(
         _MAKE,
         f"{body.name}-{digest(sizes)}",
         frozenset(("vertices", "faces", "weights")),
@@ -167,21 +167,21 @@ def _built(body: Body) -> Arrays:
     return {"vertices": vertices, "faces": faces, "weights": solid.weights(vertices)}
 
 
-def skin(body: Body) -> tuple[np.ndarray, np.ndarray, Flesh]:
-    """Vertices ``(V, 3)`` and triangles ``(F, 3)`` around a body, made anew, and the flesh inside.
+def skin(body: Body) -> tuple[np.ndarray, np.ndarray, BodyVolume]:
+    """Vertices ``(V, 3)`` and triangles ``(F, 3)`` around a body, made anew, and the volume inside.
 
     Drawn once to count vertices, and again with the step that gives the right number of them. The first
     step of the grid, metres, is from the area of the cones, as if half of each lay on the outside."""
-    solid = Flesh(body, 0.0)
+    solid = BodyVolume(body, 0.0)
     lengths, radius = np.sqrt((solid.line**2).sum(axis=-1)), solid.radii.mean(axis=-1)
     area = float((2.0 * np.pi * radius * (lengths + 2.0 * radius)).sum())
     step = round((_DENSITY * 0.4 * area / VERTICES) ** 0.5, 4)
-    coarse, _ = _drawn(Flesh(body, _THINNEST * step), step)
+    coarse, _ = _drawn(BodyVolume(body, _THINNEST * step), step)
     step = round(step * (len(coarse) / VERTICES) ** 0.5, 4)
-    solid = Flesh(body, _THINNEST * step)
+    solid = BodyVolume(body, _THINNEST * step)
     return *_drawn(solid, step), solid
 
 
-def _drawn(solid: Flesh, step: float) -> tuple[np.ndarray, np.ndarray]:
+def _drawn(solid: BodyVolume, step: float) -> tuple[np.ndarray, np.ndarray]:
     low, high = solid.box
     return surface(solid.field, low - 2.0 * step, high + 2.0 * step, step)

@@ -71,10 +71,10 @@ def _leaving(body: Body, part: str) -> np.ndarray:
     return body.tips.get(part, body.offsets[joint])
 
 
-def character(body: Body, flesh: Surface = "bare") -> Character:
+def character(body: Body, surface: Surface = "bare") -> Character:
     """The body as a character; its roles and reference pose are known, not guessed from names and rest.
 
-    flesh: its surface, ``bare`` skin or ``clothed`` (``clothes.py``).
+    surface: its surface, ``bare`` skin or ``clothed`` (``clothes.py``).
     """
     own, structure = axes(body), body.structure
     joints = structure.joints
@@ -90,7 +90,7 @@ def character(body: Body, flesh: Surface = "bare") -> Character:
     skeleton = Skeleton(structure.names, parents, offsets, sites)
     pose = kinematics.local_from_global(skeleton, rotation.from_matrix(own)[None])[0]
     sizes = measure(skeleton, structure.roles, pose)
-    skin = partial(clothed if flesh == "clothed" else mesh, body, pose)
+    skin = partial(clothed if surface == "clothed" else mesh, body, pose)
     return Character(body.name, skeleton, structure.name, structure.roles, pose, sizes, skin)
 
 

@@ -34,7 +34,7 @@ class Structure:
              chest.
     hidden:  further rows: leaves that are no joints of the rig and that the solver alone knows of.
     rigid:   parts that never turn on their own, beside those that split or end a bone.
-    told:    what the engine knows a part as, where that is not the part's own name.
+    role_names: roles of parts whose role is not the part's own name.
     contact_roles: what contacts are labelled on, as far as the rig has it.
     """
 
@@ -44,7 +44,7 @@ class Structure:
     levels: Mapping[str, float]
     hidden: Sequence[Row] = ()
     rigid: tuple[str, ...] = ()
-    told: Mapping[str, str] = field(default_factory=dict)
+    role_names: Mapping[str, str] = field(default_factory=dict)
     contact_roles: tuple[str, ...] = CONTACT_ROLES
 
     @property
@@ -75,8 +75,8 @@ class Structure:
     @cached_property
     def roles(self) -> tuple[str | None, ...]:
         """The role of each joint of the rig, or None."""
-        told = (self.told.get(part, part) for _, part, _ in self.rows)
-        return tuple(role if is_role(role) else None for role in told)
+        names = (self.role_names.get(part, part) for _, part, _ in self.rows)
+        return tuple(role if is_role(role) else None for role in names)
 
     @property
     def chest(self) -> str:
@@ -104,8 +104,8 @@ class Structure:
 
     def positions(self, sizes: Proportions) -> dict[str, np.ndarray]:
         """Part -> ``(3,)`` metres, standing on the floor; people in the T-pose."""
-        found = both_sides(*self.layout(sizes))
-        return {part: found[part] for part in self.parts}
+        places = both_sides(*self.layout(sizes))
+        return {part: places[part] for part in self.parts}
 
     def tips(self, sizes: Proportions) -> dict[str, np.ndarray]:
         """Ends of the last bones, from their joint; parts that are ends themselves have none."""
@@ -129,11 +129,11 @@ class Structure:
 
 def both_sides(middle: Places, left: Places) -> dict[str, np.ndarray]:
     """Parts in the middle, and those on the left for either side."""
-    found = {part: np.array(place) for part, place in middle.items()}
+    both = {part: np.array(place) for part, place in middle.items()}
     for side in SIDES:
         out = np.array([sign(side), 1.0, 1.0])
-        found |= {f"{side}_{part}": out * np.array(place) + 0.0 for part, place in left.items()}
-    return found
+        both |= {f"{side}_{part}": out * np.array(place) + 0.0 for part, place in left.items()}
+    return both
 
 
 # ---------------------------------------------------------------------------------------- the body
@@ -291,7 +291,7 @@ H36M17 = Structure(
     levels={"spine_1": 0.40, "spine_3": 1.0},
     hidden=[("", "neck", "spine_3"), *paired([("", "shoulder", "spine_3"), ("", "toe", "foot")])],
     rigid=("left_shoulder", "right_shoulder"),
-    told={"spine_3": "spine_2", "head": "neck", "head_top": "head"},
+    role_names={"spine_3": "spine_2", "head": "neck", "head_top": "head"},
 )
 
 STRUCTURES = {each.name: each for each in (BODY22, BODY28, BODY23, H36M17)}
@@ -322,11 +322,11 @@ class Body:
     def children(self) -> Mapping[str, list[tuple[int, str, bool]]]:
         """Part -> joint and part of each of its children, and whether that is silent."""
         structure = self.structure
-        found: dict[str, list[tuple[int, str, bool]]] = {part: [] for part in structure.parts}
+        children: dict[str, list[tuple[int, str, bool]]] = {part: [] for part in structure.parts}
         for child, (part, parent) in enumerate(zip(structure.parts, structure.parents, strict=True)):
             if parent >= 0:
-                found[structure.parts[parent]].append((child, part, part in structure.silent))
-        return found
+                children[structure.parts[parent]].append((child, part, part in structure.silent))
+        return children
 
     @cached_property
     def places(self) -> Mapping[str, np.ndarray]:

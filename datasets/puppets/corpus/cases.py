@@ -17,7 +17,7 @@ from functools import cache
 from itertools import product
 
 from retarget_bench.api import CaseInfo
-from retarget_bench.motion.actions import MOVING, Action, going
+from retarget_bench.motion.actions import MOVING, Action, path_speed
 
 from ..conventions import FPS
 from .clips import SIZES, Clip, clips, unable
@@ -76,23 +76,23 @@ class _Deal:
 def _offers(size: str, part: Part, seed: int, split: str) -> Mapping[Clip, tuple[tuple[str, str], ...]]:
     """Clip -> its possible pairs, of clips that have some."""
     troupes = _troupes(size, part, seed)
-    found = {clip: _pairs(clip.family, names, split) for clip, names in troupes.items()}
+    offers = {clip: _pairs(clip.family, names, split) for clip, names in troupes.items()}
     if part == "validation":
-        found = {
+        offers = {
             clip: tuple(p for p in pairs if not set(p).isdisjoint(VALIDATION_BODIES))
-            for clip, pairs in found.items()
+            for clip, pairs in offers.items()
         }
-    return {clip: offered for clip, offered in found.items() if offered}
+    return {clip: offered for clip, offered in offers.items() if offered}
 
 
 @cache
 def _most(size: str, part: Part, seed: int) -> Mapping[str, int]:
-    """Number of cases of each split: what the size says, or more for every clip to have one, while the sum
-    over the splits stays what the size says."""
-    asked = SIZES[size].cases if part == "test" else SIZES[size].validation
-    least = {split: len(_offers(size, part, seed, split)) for split in asked}
-    most = {split: max(number, least[split]) for split, number in asked.items()}
-    while sum(most.values()) > sum(asked.values()):
+    """Number of cases of each split: the size's, or more for every clip to have one, while the sum
+    over the splits stays the size's."""
+    counts = SIZES[size].cases if part == "test" else SIZES[size].validation
+    least = {split: len(_offers(size, part, seed, split)) for split in counts}
+    most = {split: max(number, least[split]) for split, number in counts.items()}
+    while sum(most.values()) > sum(counts.values()):
         richest = max(
             most, key=lambda split: (most[split] > least[split], most[split] - least[split], split)
         )
@@ -116,21 +116,21 @@ def _numbers(listed: Sequence[Clip], most: int, offers: Mapping[Clip, Sequence[o
 def _troupes(size: str, part: Part, seed: int) -> Mapping[Clip, tuple[str, ...]]:
     """The bodies that perform each clip; those that cannot are left out."""
     used: Counter[str] = Counter()
-    found = {}
+    troupes = {}
     for clip in clips(size, seed, part):
-        asked = bodies_of(clip.family, part)
-        names = [name for name in asked if name not in unable(clip, asked)]
+        bodies = bodies_of(clip.family, part)
+        names = [name for name in bodies if name not in unable(clip, bodies)]
         sure = VALIDATION_BODIES if part == "validation" else ()
         chosen = _troupe(clip, names, SIZES[size].troupe, used, sure)
         used.update(chosen)
-        found[clip] = chosen
-    return found
+        troupes[clip] = chosen
+    return troupes
 
 
 def _troupe(
     clip: Clip, names: Sequence[str], most: int, used: Counter[str], sure: Sequence[str]
 ) -> tuple[str, ...]:
-    """Out of every structure its share, and at least two: those who are sure to be asked, then those who
+    """Out of every structure its share, and at least two: those who are targets for sure, then those who
     performed least so far."""
     if not most or len(names) <= most:
         return tuple(names)
@@ -138,9 +138,9 @@ def _troupe(
     for name in names:
         by_structure.setdefault(_structure(clip.family, name), []).append(name)
     chosen = []
-    for mine in by_structure.values():
-        share = max(most * len(mine) // len(names), 2)
-        chosen += sorted(mine, key=lambda name: (name not in sure, used[name], _hash(clip.name, name)))[
+    for group in by_structure.values():
+        share = max(most * len(group) // len(names), 2)
+        chosen += sorted(group, key=lambda name: (name not in sure, used[name], _hash(clip.name, name)))[
             :share
         ]
     return tuple(name for name in names if name in chosen)
@@ -171,12 +171,12 @@ def performers(size: str, part: Part, seed: int) -> Mapping[Clip, tuple[tuple[st
     all_of: dict[Clip, dict[str, bool]] = {}
     for split in SIZES[size].cases:
         for clip, source, target in cases(size, part, seed, split):
-            mine = all_of.setdefault(clip, {})
-            mine.setdefault(source, False)
-            mine[target] = True
+            bodies = all_of.setdefault(clip, {})
+            bodies.setdefault(source, False)
+            bodies[target] = True
     return {
-        clip: (tuple(mine), tuple(name for name, asked in mine.items() if asked))
-        for clip, mine in all_of.items()
+        clip: (tuple(bodies), tuple(name for name, is_target in bodies.items() if is_target))
+        for clip, bodies in all_of.items()
     }
 
 
@@ -217,7 +217,7 @@ def clip_action(clip: Clip) -> Action:
     """The main action of a clip, known without solving it."""
     if clip.kind in _SITTING:
         return "sit"
-    return "move" if going(clip.score().path, FPS) >= MOVING else "idle"
+    return "move" if path_speed(clip.score().path, FPS) >= MOVING else "idle"
 
 
 def _one_way(source: Family, target: Family, size: str, part: Part, seed: int) -> list[CaseInfo]:
@@ -247,8 +247,8 @@ def _place(turn: int, clips: int, number: int) -> int:
 
 
 def _rank(used: Counter[tuple[str, str]], clip: Clip, pair: tuple[str, str]) -> tuple[int, int]:
-    asked = used["source", pair[0]] + used["target", pair[1]]
-    return asked, _legs_hash(clip.name, *pair)
+    uses = used["source", pair[0]] + used["target", pair[1]]
+    return uses, _legs_hash(clip.name, *pair)
 
 
 def _legs_hash(*names: str) -> int:

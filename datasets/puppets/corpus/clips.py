@@ -108,13 +108,13 @@ def clips(size: str, seed: int, part: Part = "test") -> tuple[Clip, ...]:
     """The clips of test or validation, kind by kind; the long ones first of theirs."""
     make = SIZES[size]
     first = make.numbers[0 if part == "test" else 1]
-    found = []
+    listed = []
     for kind, (ordinary, long) in _counts(size, part).items():
         for number in range(long + ordinary):
             name = f"{kind}-{first + number:03d}"
             length = LONG if number < long else _length(name, seed, make.seconds)
-            found.append(Clip(name, kind, round(length * FPS), seed))
-    return tuple(found)
+            listed.append(Clip(name, kind, round(length * FPS), seed))
+    return tuple(listed)
 
 
 @cache
@@ -129,12 +129,12 @@ def training_clips(size: str, body: str, seed: int, drawn: int = 0) -> tuple[Cli
     offered = kinds_of(family, "train")
     cast = sum(len(bodies_of(each, "train")) for each in families())
     number = make.training if not drawn else max(-(-cast * make.training // (cast + drawn)), 2)
-    found = []
+    listed = []
     for each in range(number):
         kind = offered[(7 * place + each) % len(offered)]
         name = f"{kind}-{body}-{make.numbers[2] + each:04d}"
-        found.append(Clip(name, kind, round(_length(name, seed, make.training_seconds) * FPS), seed))
-    return tuple(found)
+        listed.append(Clip(name, kind, round(_length(name, seed, make.training_seconds) * FPS), seed))
+    return tuple(listed)
 
 
 def _listed_at(body: str) -> tuple[str, int]:
@@ -182,7 +182,7 @@ def unable(clip: Clip, names: tuple[str, ...]) -> Mapping[str, float]:
 def shortfalls(clip: Clip, names: tuple[str, ...]) -> Mapping[str, float]:
     """Shortfalls found by solving the clip for these bodies: body -> metres."""
     score, family = clip.score(), clip.family
-    if score.stairs is None and not any(hand.touches or hand.plants for hand in score.hands.values()):
+    if score.stairs is None and not any(hand.touches or hand.contacts for hand in score.hands.values()):
         return {}
     short = {}
     for name in names:

@@ -67,7 +67,7 @@ def families() -> tuple[Family, ...]:
     """People first."""
     kinds: dict[str, Callable[[Stream, int], Score]] = {
         **KINDS,
-        "sequence": partial(sequence, among=_seen(STRUNG)),
+        "sequence": partial(sequence, among=_trained_kinds(STRUNG)),
     }
     return (
         Family("people", BODIES, kinds, solve, SECOND, out_of_reach),
@@ -75,7 +75,7 @@ def families() -> tuple[Family, ...]:
     )
 
 
-def _seen(names: Sequence[str]) -> tuple[str, ...]:
+def _trained_kinds(names: Sequence[str]) -> tuple[str, ...]:
     """Kinds that sequences may have, since training has them too."""
     return tuple(name for name in names if name not in HELD_OUT_KINDS)
 
@@ -105,8 +105,8 @@ def only_tested(body: Body) -> bool:
 def bodies_of(family: Family, part: Part) -> tuple[str, ...]:
     """Names of the bodies of a family in a part, in their order."""
     aside = VALIDATION_BODIES if part == "train" else ()
-    found = tuple(name for name, body in family.bodies.items() if part == "test" or not only_tested(body))
-    return tuple(name for name in found if name not in aside)
+    names = tuple(name for name, body in family.bodies.items() if part == "test" or not only_tested(body))
+    return tuple(name for name in names if name not in aside)
 
 
 def kinds_of(family: Family, part: Part) -> tuple[str, ...]:
@@ -118,11 +118,11 @@ def kinds_of(family: Family, part: Part) -> tuple[str, ...]:
 def training_manifest() -> dict[str, Sequence[str]]:
     """Characters, structures and kinds that training on the puppets sees. ``validation``: those
     of the characters that only steered the training."""
-    seen = [family.bodies[name] for family in families() for name in bodies_of(family, "validation")]
+    bodies = [family.bodies[name] for family in families() for name in bodies_of(family, "validation")]
     return {
-        "characters": [body.name for body in seen],
+        "characters": [body.name for body in bodies],
         "validation": list(VALIDATION_BODIES),
-        "structures": list(dict.fromkeys(body.structure.name for body in seen)),
+        "structures": list(dict.fromkeys(body.structure.name for body in bodies)),
         "kinds": [kind for family in families() for kind in kinds_of(family, "train")],
     }
 
@@ -138,7 +138,7 @@ RATIOS: Mapping[str, Callable[[Proportions], float]] = {
     "ankle to leg": lambda p: p.ankle / p.leg,
     "head to trunk": lambda p: p.head / p.trunk,
 }
-"""Of lengths of the skeleton alone; what any method makes of them has no say."""
+"""Chosen by lengths of the skeleton alone, not by any method's answers."""
 
 
 def build(sizes: Proportions) -> np.ndarray:

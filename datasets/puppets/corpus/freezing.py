@@ -24,10 +24,10 @@ from ..conventions import FPS
 from ..frozen import FOLDER, PREFIX, columns
 from ..solver.reach import ground
 from .cases import clip_action, performers
+from .clip_solver import ClipSolver, hand_rests, self_touches, touches
 from .clips import Clip, clips
 from .families import HELD_OUT_KINDS, families, only_tested
 from .generated import Generated
-from .studio import Studio, hand_rests, self_touches, touches
 
 SIZE: Size = "tiny"
 SEED = 0
@@ -38,23 +38,23 @@ Facts = dict[str, Any]
 def write(folder: Path = FOLDER) -> None:
     """All files of the corpus; its test part is where most of the motion is."""
     parts = {part: Generated(SIZE, part, SEED) for part in get_args(Part)}
-    studio = parts["test"].studio
+    solver = parts["test"].solver
     cast = {name: body for family in families() for name, body in family.bodies.items()}
     trained = [
         (clip, name)
-        for mine in parts["test"].training().values()
-        for name, clips in mine.items()
+        for characters in parts["test"].training().values()
+        for name, clips in characters.items()
         for clip in clips.listed
     ]
     arrays = {part: _part(corpus) for part, corpus in parts.items()}
-    arrays["training"] = _merged(_take(studio, clip, {name: False}) for clip, name in trained)
-    arrays["bodies"] = _merged(_body(studio, body) for body in cast.values())
+    arrays["training"] = _merged(_take(solver, clip, {name: False}) for clip, name in trained)
+    arrays["bodies"] = _merged(_body(solver, body) for body in cast.values())
     arrays["skins"] = _merged(_skin(body) for body in cast.values())
     index = {
         "generator": VERSION,
         "fps": FPS,
         "held_out": HELD_OUT_KINDS,
-        "structures": {body.structure.name: _structure(studio, body) for body in cast.values()},
+        "structures": {body.structure.name: _structure(solver, body) for body in cast.values()},
         "bodies": {
             name: {"structure": body.structure.name, "family": family.name, "held_out": only_tested(body)}
             for family in families()
@@ -63,9 +63,10 @@ def write(folder: Path = FOLDER) -> None:
         **{part: _facts(corpus) for part, corpus in parts.items()},
         "training": {
             structure: {
-                name: {clip.name: clip.frames for clip in clips.listed} for name, clips in mine.items()
+                name: {clip.name: clip.frames for clip in clips.listed}
+                for name, clips in characters.items()
             }
-            for structure, mine in parts["test"].training().items()
+            for structure, characters in parts["test"].training().items()
         },
         "manifest": parts["test"].training_manifest(),
     }
@@ -81,19 +82,19 @@ def _merged(parts: Iterable[Arrays]) -> Arrays:
 def _hands() -> Mapping[str, tuple[str, str]]:
     """Label -> side of a hand and place of the own body on which it rests in some clip."""
     listed = [clip for part in get_args(Part) for clip in clips(SIZE, SEED, part)]
-    found = dict.fromkeys(hand for clip in listed for hand in hand_rests(clip.score()))
-    return {f"{side} hand on {place}": (side, place) for side, place in found}
+    hands = dict.fromkeys(hand for clip in listed for hand in hand_rests(clip.score()))
+    return {f"{side} hand on {place}": (side, place) for side, place in hands}
 
 
 def _touches(body: Body) -> dict[str, Touch]:
-    """Label -> what cases tell of the touch; without those on places whose joints the body lacks."""
+    """Label -> the touch in cases; without those on places whose joints the body lacks."""
     rests = np.zeros(0, dtype=bool)
-    found = {label: self_touches({hand: rests}, body) for label, hand in _hands().items()}
-    return {label: touch for label, told in found.items() for touch in told}
+    by_label = {label: self_touches({hand: rests}, body) for label, hand in _hands().items()}
+    return {label: touch for label, touches in by_label.items() for touch in touches}
 
 
-def _structure(studio: Studio, body: Body) -> Facts:
-    skeleton = studio.cast[body.name].skeleton
+def _structure(solver: ClipSolver, body: Body) -> Facts:
+    skeleton = solver.cast[body.name].skeleton
     return {
         "joints": skeleton.names,
         "parents": skeleton.parents.tolist(),
@@ -104,8 +105,8 @@ def _structure(studio: Studio, body: Body) -> Facts:
     }
 
 
-def _body(studio: Studio, body: Body) -> Arrays:
-    character, touched = studio.cast[body.name], _touches(body).values()
+def _body(solver: ClipSolver, body: Body) -> Arrays:
+    character, touched = solver.cast[body.name], _touches(body).values()
     return {
         f"{body.name} offsets": character.skeleton.offsets,
         f"{body.name} ends": np.array([site.offset for site in character.skeleton.end_sites]),
@@ -115,15 +116,15 @@ def _body(studio: Studio, body: Body) -> Arrays:
 
 
 def _skin(body: Body) -> Arrays:
-    vertices, faces, flesh = skin(body)
+    vertices, faces, volume = skin(body)
     return {
         f"{body.name} vertices": vertices,
         f"{body.name} faces": faces.astype(np.uint16),
-        f"{body.name} start": flesh.start,
-        f"{body.name} line": flesh.line,
-        f"{body.name} radii": flesh.radii,
-        f"{body.name} follows": flesh.follows,
-        f"{body.name} spread": np.array(flesh.spread),
+        f"{body.name} start": volume.start,
+        f"{body.name} line": volume.line,
+        f"{body.name} radii": volume.radii,
+        f"{body.name} follows": volume.follows,
+        f"{body.name} spread": np.array(volume.spread),
     }
 
 
@@ -152,30 +153,32 @@ def _clip(clip: Clip) -> Facts:
 
 def _part(corpus: Generated) -> Arrays:
     """All arrays of the clips of a part."""
-    found: Arrays = {}
+    arrays: Arrays = {}
     for clip, (names, targets) in performers(SIZE, corpus.part, SEED).items():
         score, rests = clip.score(), touches(clip.score())
-        found |= _take(corpus.studio, clip, {name: name in targets for name in names})
-        found[f"{clip.name} phases"] = np.asarray(score.phases(), dtype=np.float64)
+        arrays |= _take(corpus.solver, clip, {name: name in targets for name in names})
+        arrays[f"{clip.name} phases"] = np.asarray(score.phases(), dtype=np.float64)
         if rests:
-            found[f"{clip.name} touches"] = np.stack([*rests.values()])
+            arrays[f"{clip.name} touches"] = np.stack([*rests.values()])
         for name in names if score.stairs else ():
             floor = ground(score, clip.family.bodies[name])
             assert floor.heights is not None
-            found[f"{clip.name} {name} heights"] = floor.heights
-            found[f"{clip.name} {name} grid"] = np.array([*floor.origin, floor.spacing])
-    return found
+            arrays[f"{clip.name} {name} heights"] = floor.heights
+            arrays[f"{clip.name} {name} grid"] = np.array([*floor.origin, floor.spacing])
+    return arrays
 
 
-def _take(studio: Studio, clip: Clip, bodies: Mapping[str, bool]) -> Arrays:
+def _take(solver: ClipSolver, clip: Clip, bodies: Mapping[str, bool]) -> Arrays:
     """The motions of a clip (``frozen.Take``). bodies: body -> whether there is a second answer."""
     held = columns(bodies)
-    made = [studio.solved(clip, name, manner, measured=False) for name, manner in held]
-    usual = [each for each, (_, manner) in zip(made, held, strict=True) if manner == USUAL]
+    motions = [solver.solved(clip, name, manner, measured=False) for name, manner in held]
+    usual = [each for each, (_, manner) in zip(motions, held, strict=True) if manner == USUAL]
     labels = [np.stack([each["planted"], each["pivoting"]]) for each in usual]
     return {
-        f"{clip.name} rotations": np.concatenate([np.moveaxis(each["rotations"], 0, -1) for each in made]),
-        f"{clip.name} roots": np.stack([each["root"].T for each in made]),
+        f"{clip.name} rotations": np.concatenate(
+            [np.moveaxis(each["rotations"], 0, -1) for each in motions]
+        ),
+        f"{clip.name} roots": np.stack([each["root"].T for each in motions]),
         f"{clip.name} contacts": np.concatenate([np.moveaxis(each, -1, 0) for each in labels]),
     }
 

@@ -1,4 +1,4 @@
-"""A corpus whose motions are solved when they are first asked for, and kept in the cache folder."""
+"""A corpus whose motions are solved on first access, and kept in the cache folder."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from ..contract import SECOND, USUAL, VERSION, Labels, Manner, Part, Size, Surfa
 from ..solver.reach import ground
 from . import matched, training_bodies
 from .cases import between_legs, cases, family_by_body, of_structure, performers, real_motions
+from .clip_solver import ClipSolver, hand_rests, labels, self_touches, training
 from .clips import Clip, clips, unable
 from .families import HELD_OUT_KINDS, bodies_of, only_tested, training_manifest
 from .pairs import Pairs
-from .studio import Studio, hand_rests, labels, self_touches, training
 
 
 class Generated:
     """One part of a corpus (``contract.py``) of any size, seed, number of drawn bodies and surface."""
 
     def __init__(
-        self, size: Size, part: Part = "test", seed: int = 0, drawn: int = 0, flesh: Surface = "bare"
+        self, size: Size, part: Part = "test", seed: int = 0, drawn: int = 0, surface: Surface = "bare"
     ) -> None:
         self.size, self.part, self.seed = size, part, seed
-        self._drawn, self._flesh = drawn, flesh
-        self.studio = Studio(
+        self._drawn, self._surface = drawn, surface
+        self.solver = ClipSolver(
             f"puppets generator {VERSION}, seed {seed}",
             training_bodies.training_bodies(seed, drawn),
             f", bodies {training_bodies.VERSION}",
-            flesh,
+            surface,
         )
 
     @property
     def variant(self) -> str:
-        clothed = f", clothed {clothes.VERSION}" if self._flesh == "clothed" else ""
+        clothed = f", clothed {clothes.VERSION}" if self._surface == "clothed" else ""
         return f"{clothed}, {self._drawn} bodies {training_bodies.VERSION}" if self._drawn else clothed
 
     @property
@@ -51,7 +51,7 @@ class Generated:
 
     @property
     def cast(self) -> Mapping[str, Character]:
-        return self.studio.cast
+        return self.solver.cast
 
     @cached_property
     def _clips(self) -> dict[str, Clip]:
@@ -70,16 +70,16 @@ class Generated:
         """Raises BenchError for a case that is none of this corpus."""
         clip = self._clip(info)
         if info.target not in clip.family.bodies:
-            return Case(info, self.studio.motion(clip, info.source), self.studio.cast[info.target])
+            return Case(info, self.solver.motion(clip, info.source), self.solver.cast[info.target])
         return Case(
             info=info,
-            source=self.studio.motion(clip, info.source),
-            target=self.studio.cast[info.target],
-            reference=self.studio.motion(clip, info.target),
-            contacts=self.studio.contacts(clip, info.target),
-            ground=ground(self.studio.score(clip), clip.family.bodies[info.target]),
-            alternative=self.studio.motion(clip, info.target, SECOND),
-            touches=self_touches(hand_rests(self.studio.score(clip)), clip.family.bodies[info.target]),
+            source=self.solver.motion(clip, info.source),
+            target=self.solver.cast[info.target],
+            reference=self.solver.motion(clip, info.target),
+            contacts=self.solver.contacts(clip, info.target),
+            ground=ground(self.solver.score(clip), clip.family.bodies[info.target]),
+            alternative=self.solver.motion(clip, info.target, SECOND),
+            touches=self_touches(hand_rests(self.solver.score(clip)), clip.family.bodies[info.target]),
         )
 
     def _clip(self, info: CaseInfo) -> Clip:
@@ -89,11 +89,11 @@ class Generated:
         return clip
 
     def motion(self, clip: str | Clip, name: str, manner: Manner = USUAL) -> Motion:
-        return self.studio.motion(clip if isinstance(clip, Clip) else self._clips[clip], name, manner)
+        return self.solver.motion(clip if isinstance(clip, Clip) else self._clips[clip], name, manner)
 
     def labels(self, info: CaseInfo) -> Labels:
         clip = self._clip(info)
-        return labels(self.studio.score(clip), self.studio.contacts(clip, info.target))
+        return labels(self.solver.score(clip), self.solver.contacts(clip, info.target))
 
     def unseen(self, info: CaseInfo) -> frozenset[str]:
         clip = self._clip(info)
@@ -107,28 +107,26 @@ class Generated:
         return frozenset(name for name, new in marks.items() if new)
 
     def exclusions(self) -> Mapping[str, Mapping[str, float]]:
-        found = {
-            clip.name: unable(clip, bodies_of(clip.family, self.part)) for clip in self._clips.values()
-        }
-        return {name: short for name, short in found.items() if short}
+        gaps = {clip.name: unable(clip, bodies_of(clip.family, self.part)) for clip in self._clips.values()}
+        return {name: short for name, short in gaps.items() if short}
 
     def performers(self) -> Mapping[str, tuple[str, ...]]:
-        found = performers(self.size, self.part, self.seed)
-        return {clip.name: names for clip, (names, _) in found.items()}
+        by_clip = performers(self.size, self.part, self.seed)
+        return {clip.name: names for clip, (names, _) in by_clip.items()}
 
     def training(self) -> Training:
-        return training(self.studio, self.size, self.seed)
+        return training(self.solver, self.size, self.seed)
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
         manifest = training_manifest()
-        return {**manifest, "characters": [*manifest["characters"], *self.studio.drawn]}
+        return {**manifest, "characters": [*manifest["characters"], *self.solver.drawn]}
 
     # ------------------------------------------------------------------------- beyond the contract
     def training_pairs(self) -> Pairs:
-        return Pairs(self.studio, self.size, self.seed)
+        return Pairs(self.solver, self.size, self.seed)
 
     def matched(self, part: Literal["train", "test"]) -> Mapping[matched.Pair, matched.Matches]:
-        return matched.matched(self.studio, self.size, self.seed, part)
+        return matched.matched(self.solver, self.size, self.seed, part)
 
 
 @cache

@@ -20,9 +20,9 @@ from ..conventions import FPS
 from ..performances.dogs.following import PARTNERS, follow, speeds
 from ..performances.score import Score
 from ..randomness import Stream
+from .clip_solver import ClipSolver
 from .clips import SIZES, Clip
 from .families import Family, bodies_of, families
-from .studio import Studio
 
 LOCOMOTION: Mapping[str, tuple[str, ...]] = {
     "idle": ("stand",),
@@ -30,7 +30,7 @@ LOCOMOTION: Mapping[str, tuple[str, ...]] = {
     "jog": ("jog",),
     "run": ("run",),
 }
-"""What is matched, each as often and for as long as the others, and the kinds of a person that it is."""
+"""Ways of locomotion that are matched, equally often and long, and a person's kinds of each."""
 
 _NUMBERS = {"tiny": {"train": 6, "test": 4}, "default": {"train": 40, "test": 15}}
 _NUMBERS["large"] = {"train": 400, "test": _NUMBERS["default"]["test"]}
@@ -49,9 +49,9 @@ class Follower(Clip):
     leader: Clip
 
     def score(self) -> Score:
-        found = follow(Stream("puppets", self.seed, self.name), self.leader.score())
-        assert found is not None, f"nothing follows {self.leader.name}"
-        return found
+        followed = follow(Stream("puppets", self.seed, self.name), self.leader.score())
+        assert followed is not None, f"nothing follows {self.leader.name}"
+        return followed
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Match:
 
 
 @dataclass(frozen=True, eq=False)
-class Going:
+class LocomotionLabels:
     """Labels of every frame ``(frames,)``: kind; speed forward, leg lengths a second; heading, radians from
     +Z to the left. Of a match's two clips only the kinds differ."""
 
@@ -73,18 +73,18 @@ class Going:
     heading: np.ndarray
 
 
-def going(clip: Clip) -> Going:
+def locomotion_labels(clip: Clip) -> LocomotionLabels:
     """The labels of a clip of either family."""
     score = clip.score()
     kinds = np.concatenate([np.full(act.end - act.first, act.kind) for act in score.stretches()])
-    return Going(kinds, speeds(score), np.array(score.heading))
+    return LocomotionLabels(kinds, speeds(score), np.array(score.heading))
 
 
 class Matches(Sequence[Match]):
     """The matches of a pair of structures, in a fixed order."""
 
-    def __init__(self, studio: Studio, listed: Sequence[Match]) -> None:
-        self._studio, self._listed = studio, tuple(listed)
+    def __init__(self, solver: ClipSolver, listed: Sequence[Match]) -> None:
+        self._solver, self._listed = solver, tuple(listed)
 
     def __len__(self) -> int:
         return len(self._listed)
@@ -95,25 +95,27 @@ class Matches(Sequence[Match]):
     def __getitem__(self, index: slice) -> Matches: ...
     def __getitem__(self, index: int | slice) -> Match | Matches:
         if isinstance(index, slice):
-            return Matches(self._studio, self._listed[index])
+            return Matches(self._solver, self._listed[index])
         return self._listed[index]
 
     def clips(self) -> Training:
         """Structure -> character -> its clips, with no trace of who follows whom."""
-        found: dict[str, dict[str, list[Clip]]] = {}
+        by_structure: dict[str, dict[str, list[Clip]]] = {}
         for match in self:
             for clip, body in (match.biped, match.dog):
                 structure = clip.family.bodies[body].structure.name
-                found.setdefault(structure, {}).setdefault(body, []).append(clip)
+                by_structure.setdefault(structure, {}).setdefault(body, []).append(clip)
         return {
-            structure: {body: Clips(body, mine, self._studio.motion) for body, mine in each.items()}
-            for structure, each in found.items()
+            structure: {body: Clips(body, listed, self._solver.motion) for body, listed in each.items()}
+            for structure, each in by_structure.items()
         }
 
 
-def matched(studio: Studio, size: str, seed: int, part: Literal["train", "test"]) -> Mapping[Pair, Matches]:
+def matched(
+    solver: ClipSolver, size: str, seed: int, part: Literal["train", "test"]
+) -> Mapping[Pair, Matches]:
     """Pair of structures -> its matches."""
-    return {pair: Matches(studio, listed) for pair, listed in _listed(size, seed, part).items()}
+    return {pair: Matches(solver, listed) for pair, listed in _listed(size, seed, part).items()}
 
 
 @cache
@@ -128,10 +130,10 @@ def _listed(size: str, seed: int, part: Literal["train", "test"]) -> Mapping[Pai
 
 
 def _by_structure(family: Family, part: Literal["train", "test"]) -> Mapping[str, list[str]]:
-    found: dict[str, list[str]] = {}
+    by_structure: dict[str, list[str]] = {}
     for name in bodies_of(family, part):
-        found.setdefault(family.bodies[name].structure.name, []).append(name)
-    return found
+        by_structure.setdefault(family.bodies[name].structure.name, []).append(name)
+    return by_structure
 
 
 def _matches(
@@ -141,7 +143,7 @@ def _matches(
     make = SIZES["default" if part == "test" and size == "large" else size]
     seconds = make.training_seconds if part == "train" else make.seconds
     used: Counter[tuple[str, ...]] = Counter()
-    found = []
+    matches = []
     for number in range(_NUMBERS[size][part]):
         length = Stream("puppets", seed, "matched", part, make.numbers[2] + number).uniform(*seconds)
         for locomotion, kinds in LOCOMOTION.items():
@@ -151,8 +153,8 @@ def _matches(
             name = f"{kind}-{body}-led-{part}-{make.numbers[2] + number:04d}"
             leader, partner = Clip(name, kind, round(length * FPS), seed), PARTNERS[kind]
             follower = Follower(f"{partner}-{dog}-after-{name}", partner, leader.frames, seed, leader)
-            found.append(Match(locomotion, (leader, body), (follower, dog)))
-    return tuple(found)
+            matches.append(Match(locomotion, (leader, body), (follower, dog)))
+    return tuple(matches)
 
 
 def _least(names: Sequence[str], used: Counter[tuple[str, ...]], *with_whom: str) -> str:

@@ -18,9 +18,9 @@ from retarget_bench.training.stored_pairs import Facts, StoredPairs, Tensors, st
 
 from ..conventions import FPS
 from ..randomness import Stream
+from .clip_solver import ClipSolver, hand_rests, self_touches
 from .clips import SIZES, Clip
 from .families import bodies_of, families, family_of_structure, kinds_of
-from .studio import Studio, hand_rests, self_touches
 
 TROUPE = 8
 """Bodies that do one performance."""
@@ -32,11 +32,11 @@ _UNPAIRED = ("stairs_up",)
 class Pairs(StoredPairs):
     """Every ordered pair of different bodies of every performance."""
 
-    def __init__(self, studio: Studio, size: str, seed: int) -> None:
+    def __init__(self, solver: ClipSolver, size: str, seed: int) -> None:
         super().__init__(SIZES[size].pairs, TROUPE)
-        self._studio, self._size, self._seed = studio, size, seed
+        self._solver, self._size, self._seed = solver, size, seed
         self._everybody = {family.name: list(bodies_of(family, "train")) for family in families()}
-        for name, body in studio.drawn.items():
+        for name, body in solver.drawn.items():
             self._everybody[family_of_structure(body.structure.name).name].append(name)
         kinds = (kind for family in families() for kind in kinds_of(family, "train"))
         self._kinds = [kind for kind in kinds if kind not in _UNPAIRED]
@@ -49,31 +49,31 @@ class Pairs(StoredPairs):
         return Clip(name, kind, round(length * FPS), self._seed)
 
     def troupe(self, number: int) -> tuple[str, ...]:
-        """The bodies that are asked for a performance: any of its family, all as likely as each other."""
+        """The bodies of a performance: any of its family, all as likely as each other."""
         clip = self.clip(number)
         free = list(self._everybody[clip.family.name])
         stream = Stream("puppets", self._seed, clip.name, "troupe")
         return tuple(free.pop(int(stream.uniform(0.0, len(free)))) for _ in range(min(TROUPE, len(free))))
 
     def performance(self, number: int) -> _Performance:
-        clip, studio = self.clip(number), self._studio
-        corpus = f"{studio.identity}{studio.drawn_identity}, {len(studio.drawn)} drawn, pairs {self._size}"
+        clip, solver = self.clip(number), self._solver
+        corpus = f"{solver.identity}{solver.drawn_identity}, {len(solver.drawn)} drawn, pairs {self._size}"
         path = cache_folder() / "puppets" / slug(corpus) / f"{slug(clip.name)}.safetensors"
-        return _Performance(studio, clip, stored(path, lambda: self._solved(clip, self.troupe(number))))
+        return _Performance(solver, clip, stored(path, lambda: self._solved(clip, self.troupe(number))))
 
     def _solved(self, clip: Clip, names: Sequence[str]) -> tuple[Tensors, Facts]:
-        rests = hand_rests(self._studio.score(clip))
+        rests = hand_rests(self._solver.score(clip))
         tensors: Tensors = {}
         able = []
         for name in names:
-            arrays = self._studio.solved(clip, name)
+            arrays = self._solver.solved(clip, name)
             if not float(arrays.pop("short")):
                 able.append(name)
                 arrays["root"] = arrays["root"].astype(np.float32)
                 tensors |= {f"{name} {key}": array for key, array in arrays.items()}
-        told = [f"{side} {place}" for side, place in rests]
-        tensors |= {f"rests {place}": rests[key] for place, key in zip(told, rests, strict=True)}
-        return tensors, {"able": json.dumps(able), "rests": json.dumps(told)}
+        rested = [f"{side} {place}" for side, place in rests]
+        tensors |= {f"rests {place}": rests[key] for place, key in zip(rested, rests, strict=True)}
+        return tensors, {"able": json.dumps(able), "rests": json.dumps(rested)}
 
 
 class _Performance:
@@ -81,15 +81,15 @@ class _Performance:
 
     exact = True
 
-    def __init__(self, studio: Studio, clip: Clip, tensors: Any) -> None:
-        self._studio, self.clip, self.kind, self._tensors = studio, clip.name, clip.kind, tensors
+    def __init__(self, solver: ClipSolver, clip: Clip, tensors: Any) -> None:
+        self._solver, self.clip, self.kind, self._tensors = solver, clip.name, clip.kind, tensors
         facts = tensors.metadata()
         self.able: Sequence[str] = json.loads(facts["able"])
-        told = [place.split(" ", 1) for place in json.loads(facts["rests"])]
-        self._rests = {(side, place): tensors.get_tensor(f"rests {side} {place}") for side, place in told}
+        rested = [place.split(" ", 1) for place in json.loads(facts["rests"])]
+        self._rests = {(side, place): tensors.get_tensor(f"rests {side} {place}") for side, place in rested}
 
     def of(self, name: str) -> Performed:
-        get, body = self._tensors.get_tensor, self._studio.bodies[name]
-        motion = self._studio.cast[name].motion(unit(get(f"{name} rotations")), get(f"{name} root"), FPS)
+        get, body = self._tensors.get_tensor, self._solver.bodies[name]
+        motion = self._solver.cast[name].motion(unit(get(f"{name} rotations")), get(f"{name} root"), FPS)
         contacts = Contacts(body.structure.labelled, get(f"{name} planted"), get(f"{name} pivoting"))
         return Performed(motion, contacts, self_touches(self._rests, body))

@@ -68,16 +68,18 @@ def _unlikeness(sizes: Proportions) -> float:
 def _held_out() -> np.ndarray:
     """``(bodies, ratios)``: the builds of all bodies that are not trained on."""
     everybody = [body for family in families() for body in family.bodies.values()]
-    kept = [body for body in everybody if only_tested(body) or body.name in VALIDATION_BODIES]
-    return np.array([build(body.proportions) for body in kept])
+    untrained = [body for body in everybody if only_tested(body) or body.name in VALIDATION_BODIES]
+    return np.array([build(body.proportions) for body in untrained])
 
 
 def _person(stream: Stream) -> Proportions:
-    """Somebody of the published statistics, of any thickness."""
+    """A person of the published statistics, of any thickness."""
     sex, age = stream.choice(("woman", "man")), stream.choice(_AGES)
-    found = drawn(f"{stream.name} {stream.uniform(0.0, 1.0):.12f}", sex, age)
+    proportions = drawn(f"{stream.name} {stream.uniform(0.0, 1.0):.12f}", sex, age)
     thick = math.exp(stream.normal(_GIRTH))
-    return replace(found, girth=thick * found.girth, waist_half=math.sqrt(thick) * found.waist_half)
+    return replace(
+        proportions, girth=thick * proportions.girth, waist_half=math.sqrt(thick) * proportions.waist_half
+    )
 
 
 def _caricature(stream: Stream) -> Proportions:
@@ -94,7 +96,7 @@ def _caricature(stream: Stream) -> Proportions:
         shared = stream.normal(common)
         return {name: math.exp(much * (shared + stream.normal(own))) for name in names}
 
-    found = {
+    sizes = {
         **factors(0.28, 0.10, "thigh", "shank"),
         **factors(0.30, 0.10, "upper_arm", "forearm"),
         **factors(0.25, 0.06, "ball", "toes", "heel"),
@@ -107,9 +109,9 @@ def _caricature(stream: Stream) -> Proportions:
         **factors(0.45, 0.0, "head"),
     }
     # the smaller a drawn figure is, the larger its head, as in children
-    found["head"] *= (1.7 / stature) ** 0.5
+    sizes["head"] *= (1.7 / stature) ** 0.5
     hunch = stature * stream.uniform(0.0, 0.07) if stream.uniform(0.0, 1.0) < 0.25 else 0.0
-    return replace(body.scaled(**found), hunch=hunch)
+    return replace(body.scaled(**sizes), hunch=hunch)
 
 
 def _dog(stream: Stream) -> Proportions:
@@ -121,11 +123,11 @@ def _dog(stream: Stream) -> Proportions:
         return math.exp(much * stream.normal(spread))
 
     legs = math.exp(-abs(much * stream.normal(0.30)) if stream.uniform(0.0, 1.0) < 0.5 else 0.0)
-    named = {
+    sizes = {
         name: legs * factor(0.05)
         for name in ("thigh", "shank", "ankle", "upper_arm", "forearm", "hand", "blade")
     }
-    named["blade"] /= math.sqrt(legs)
+    sizes["blade"] /= math.sqrt(legs)
     spreads = {
         "ball": 0.25,
         "hip_half": 0.18,
@@ -136,4 +138,4 @@ def _dog(stream: Stream) -> Proportions:
         "girth": 0.20,
         "tail": 0.30,
     }
-    return dog(MIDDLING_DOG, withers, **named, **{name: factor(spread) for name, spread in spreads.items()})
+    return dog(MIDDLING_DOG, withers, **sizes, **{name: factor(spread) for name, spread in spreads.items()})

@@ -60,7 +60,7 @@ def joined_hand(a: Hand, b: Hand, length: int) -> Hand:
         touches=_joined_touches(a, b, length),
         aim=aim,
         aimed=aimed,
-        plants=(*a.plants, *(plant.later(start) for plant in b.plants)),
+        contacts=(*a.contacts, *(contact.later(start) for contact in b.contacts)),
     )
 
 

@@ -18,7 +18,7 @@ from ..conventions import SIDES
 
 
 @dataclass(frozen=True)
-class Plant:
+class FootContact:
     """One stay of a foot on the floor.
 
     place:   (x, z) of the body's line of travel beside the foot, leg lengths.
@@ -58,7 +58,7 @@ class Plant:
 
 @dataclass(frozen=True, eq=False)
 class Air:
-    """A foot on a way of its own between two plants, as in a kick.
+    """A foot on a way of its own between two contacts, as in a kick.
 
     reach:  ``(frames, 3)`` (out, up, forward) from the hip joint to the ankle, leg lengths; the axes stay
             upright and turn with the pelvis.
@@ -75,12 +75,12 @@ class Air:
 
 @dataclass(frozen=True, eq=False)
 class Foot:
-    """plants: in time order, the first striking before frame 0. heel: ``(frames,)`` how far the heel is
+    """contacts: in time order, the first striking before frame 0. heel: ``(frames,)`` how far the heel is
     raised about the toe while the foot stays planted; exactly 0 elsewhere. air: a way through the air.
-    kneel: ``(frames,)`` 1: the knee rests on the floor before the toes, which stay where the plants are.
+    kneel: ``(frames,)`` 1: the knee rests on the floor before the toes, which stay where the contacts are.
     bears: ``(frames,)`` below 1 where a kneeling knee is on its way and bears nothing."""
 
-    plants: tuple[Plant, ...]
+    contacts: tuple[FootContact, ...]
     heel: np.ndarray
     air: Air | None = None
     kneel: np.ndarray | None = None
@@ -96,15 +96,15 @@ class Touch:
 
 
 @dataclass(frozen=True)
-class HandPlant:
+class HandContact:
     """One stay of a hand on the floor, or on something that rests there.
 
     place:   (x, z) of the body's line of travel beside the hand, leg lengths; ``ahead`` of it along the
              heading, arm lengths; ``under``: 1 adds how far the shoulders are before the toes on all fours.
     width:   how far outward of that line, half shoulder widths; ``apart``: arm lengths more.
     heading: of the body; ``turned`` turns the fingers outward of it.
-    strike, off: frames of the first and of the last touch. coming, going: frames in which the hand comes
-             from where it was before, and in which it is let go; going 0: straight to its next plant.
+    strike, off: frames of the first and of the last touch. coming, leaving: frames in which the hand comes
+             from where it was before, and in which it is let go; leaving 0: straight to its next contact.
     tilt:    how far the wrist is raised over the finger tips, radians.
     lift:    height of the hand's way here over the straight one, leg lengths.
     level:   over the floor, leg lengths; above 0 the hand holds something between both palms there.
@@ -116,7 +116,7 @@ class HandPlant:
     strike: int
     off: int
     coming: int
-    going: int
+    leaving: int
     ahead: float = 0.0
     under: float = 0.0
     width: float = 1.0
@@ -143,7 +143,7 @@ class Hand:
     wrist:   ``(frames, 3)`` bend towards the palm, bend towards the thumb, palm turned up (supination).
     aim:     ``(frames, 6)`` where palm and fingers point (out, up, forward), in axes that stay upright and
              turn with the chest; followed in so far as ``aimed`` ``(frames,)`` is 1.
-    plants:  stays on the floor, in time order.
+    contacts:  stays on the floor, in time order.
     """
 
     reach: np.ndarray
@@ -154,7 +154,7 @@ class Hand:
     touches: tuple[Touch, ...] = ()
     aim: np.ndarray | None = None
     aimed: np.ndarray | float = 0.0
-    plants: tuple[HandPlant, ...] = ()
+    contacts: tuple[HandContact, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,7 +258,7 @@ LIMBS = tuple(f"{side}_{end}" for end in ("hind", "fore") for side in SIDES)
 
 
 @dataclass(frozen=True)
-class PawPlant:
+class PawContact:
     """One stay of a paw on the floor.
 
     moment: the frame whose place and heading of rump or shoulders it is measured from; may lie between
@@ -298,9 +298,11 @@ class PawAir:
 
 @dataclass(frozen=True, eq=False)
 class Paw:
-    """plants: in time order. flat: ``(frames,)`` 1 where the joint over the paw rests on the floor too."""
+    """contacts: in time order.
 
-    plants: tuple[PawPlant, ...]
+    flat: ``(frames,)`` 1 where the joint over the paw rests on the floor, too."""
+
+    contacts: tuple[PawContact, ...]
     flat: np.ndarray
     air: PawAir | None = None
 

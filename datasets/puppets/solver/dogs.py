@@ -1,6 +1,6 @@
 """Dogs: what a performance asks of a body on four legs, and its poses.
 
-Paws follow their plants. The line from the hip joints to the shoulder joints goes where the score wants it,
+Paws follow their contacts. The line from the hip joints to the shoulder joints goes where the score has it,
 no higher than the paws allow; the back bends evenly about that line. Blades swing with the fore legs, and
 all four legs are two bones each whose planes follow rump and chest: stifles bend forward, elbows back.
 """
@@ -89,9 +89,9 @@ class Dog:
         pose.set("hips", hips)
         pose.bend_spine(base, bend, -0.5 * self.manner.front)
         chest = pose.at("spine_2") + pose.of("spine_2") @ _middle(body, "arm", "spine_2")
-        made = chest - hips @ to_hips
-        back = rotation.to_matrix(rotation.between(made, line))
-        place = rear + self.score.anchor[:, None] * (fore - rotated(back, made) - rear)
+        current = chest - hips @ to_hips
+        back = rotation.to_matrix(rotation.between(current, line))
+        place = rear + self.score.anchor[:, None] * (fore - rotated(back, current) - rear)
         pose.positions[0] = place - back @ hips @ to_hips
         pose.set("hips", back @ hips)
         pose.bend_spine(back @ base, bend, -0.5 * self.manner.front)

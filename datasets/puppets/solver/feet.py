@@ -1,4 +1,4 @@
-"""Feet: from a schedule of plants to the path of an ankle, with exact contacts, and paths through the air.
+"""Feet: from a schedule of contacts to the path of an ankle that keeps them exactly, and paths in the air.
 
 A foot is a rigid sole with a heel, a toe joint and toes. While it is planted it rests flat or pivots
 about its toe joint; it lands on heel or toe. In a swing the point that touched last (the toe joint) hands
@@ -16,7 +16,7 @@ import numpy as np
 from ..bodies.structures import Body
 from ..curves import bump, hermite, smooth, soft_min
 from ..matrices import about, length, part_way, rotated
-from ..performances.score import Foot, Plant, Score
+from ..performances.score import Foot, FootContact, Score
 from .scaling import KNEELING_PITCH, air_point, air_reach, foot_pitch, foot_place
 
 
@@ -45,7 +45,7 @@ def _sole(body: Body) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=64)
 def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
-    """The path of one foot of a body through a score's plants, kept for its other manner."""
+    """The path of one foot of a body through a score's contacts, kept for its other manner."""
     t, (toe, heel) = np.arange(frames, dtype=float), _sole(body)
     pitch, bent, yaw = np.zeros((3, frames))
     # the point that rests, or is handed over from one to the next, and where it is on the foot
@@ -53,26 +53,26 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
     swinging = np.zeros(frames, dtype=bool)
     foot = _fitted(foot, body)
     # of the floor under the foot, leg lengths; in a swing the lower one of its two ends
-    level = np.full(frames, foot.plants[0].level)
-    for plant, after in zip(foot.plants, [*foot.plants[1:], None], strict=True):
-        stay = (t >= plant.strike) & (t <= plant.off)
-        pitch[stay], on_heel = _stance_pitch(plant, t[stay])
-        yaw[stay] = _yaw(plant, side)
+    level = np.full(frames, foot.contacts[0].level)
+    for contact, after in zip(foot.contacts, [*foot.contacts[1:], None], strict=True):
+        stay = (t >= contact.strike) & (t <= contact.off)
+        pitch[stay], on_heel = _stance_pitch(contact, t[stay])
+        yaw[stay] = _yaw(contact, side)
         bent[stay] = np.where(on_heel, pitch[stay], 0.0)
-        resting = _resting(plant, side, body)
+        resting = _resting(contact, side, body)
         pivot[stay] = np.where(on_heel[:, None], resting[1], resting[0])
         on_foot[stay] = np.where(on_heel[:, None], heel, toe)
         if after is None:
             continue
-        away = (t > plant.off) & (t < after.strike)
+        away = (t > contact.off) & (t < after.strike)
         swinging |= away
-        level = np.where(t > plant.off, min(plant.level, after.level), level)
+        level = np.where(t > contact.off, min(contact.level, after.level), level)
         level = np.where(t >= after.strike, after.level, level)
-        share = (t[away] - plant.off) / (after.strike - plant.off)
-        pitch[away] = _swing_pitch(plant, after, t[away])
+        share = (t[away] - contact.off) / (after.strike - contact.off)
+        pitch[away] = _swing_pitch(contact, after, t[away])
         bent[away] = pitch[away] * smooth(share / 0.7)
-        yaw[away] = _yaw(plant, side) + smooth(share) * (_yaw(after, side) - _yaw(plant, side))
-        pivot[away], on_foot[away] = _swing_pivot(plant, after, side, body, share)
+        yaw[away] = _yaw(contact, side) + smooth(share) * (_yaw(after, side) - _yaw(contact, side))
+        pivot[away], on_foot[away] = _swing_pivot(contact, after, side, body, share)
     lift = foot.heel
     if foot.kneel is not None:
         # while the knee goes down the heel goes first
@@ -94,15 +94,15 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
 def _fitted(foot: Foot, body: Body) -> Foot:
     """The foot's course with the angles that its body gives them."""
     share = foot_pitch(body)
-    plants = tuple(
-        replace(plant, strike_pitch=share * plant.strike_pitch, off_pitch=share * plant.off_pitch)
-        for plant in foot.plants
+    contacts = tuple(
+        replace(contact, strike_pitch=share * contact.strike_pitch, off_pitch=share * contact.off_pitch)
+        for contact in foot.contacts
     )
-    return replace(foot, plants=plants, heel=share * foot.heel)
+    return replace(foot, contacts=contacts, heel=share * foot.heel)
 
 
-def _yaw(plant: Plant, side: str) -> float:
-    return plant.heading + (plant.toe_out if side == "left" else -plant.toe_out)
+def _yaw(contact: FootContact, side: str) -> float:
+    return contact.heading + (contact.toe_out if side == "left" else -contact.toe_out)
 
 
 def _turned(point: np.ndarray, pitch: np.ndarray, yaw: np.ndarray) -> np.ndarray:
@@ -112,37 +112,39 @@ def _turned(point: np.ndarray, pitch: np.ndarray, yaw: np.ndarray) -> np.ndarray
     return np.stack([level * np.sin(yaw), up * c - ahead * s, level * np.cos(yaw)], axis=-1)
 
 
-def _rates(plant: Plant) -> tuple[float, float]:
+def _rates(contact: FootContact) -> tuple[float, float]:
     """Speeds of the sole's pitch at first touch and when the toe leaves, radians per frame."""
-    landing = -1.3 * plant.strike_pitch / max(plant.flat - plant.strike, 1)
-    return landing, 2.1 * plant.off_pitch / max(plant.off - plant.lift, 1)
+    landing = -1.3 * contact.strike_pitch / max(contact.flat - contact.strike, 1)
+    return landing, 2.1 * contact.off_pitch / max(contact.off - contact.lift, 1)
 
 
-def _stance_pitch(plant: Plant, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _stance_pitch(contact: FootContact, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pitch while the foot is down, and whether it rests on the heel."""
-    landing, leaving = _rates(plant)
+    landing, leaving = _rates(contact)
     pitch = np.zeros_like(t)
-    early, late = t < plant.flat, t > plant.lift
-    if plant.flat > plant.strike:
-        ends = (plant.strike, plant.flat)
-        pitch[early] = hermite(t[early], ends, (plant.strike_pitch, 0.0), (landing, 0.0))
-    if plant.off > plant.lift:
-        pitch[late] = hermite(t[late], (plant.lift, plant.off), (0.0, plant.off_pitch), (0.0, leaving))
-    return pitch, early & (plant.strike_pitch < 0.0)
+    early, late = t < contact.flat, t > contact.lift
+    if contact.flat > contact.strike:
+        ends = (contact.strike, contact.flat)
+        pitch[early] = hermite(t[early], ends, (contact.strike_pitch, 0.0), (landing, 0.0))
+    if contact.off > contact.lift:
+        pitch[late] = hermite(
+            t[late], (contact.lift, contact.off), (0.0, contact.off_pitch), (0.0, leaving)
+        )
+    return pitch, early & (contact.strike_pitch < 0.0)
 
 
-def _swing_pitch(plant: Plant, after: Plant, t: np.ndarray) -> np.ndarray:
-    leaving, landing = _rates(plant)[1], _rates(after)[0]
-    start = plant.off_pitch if plant.off > plant.lift else 0.0
+def _swing_pitch(contact: FootContact, after: FootContact, t: np.ndarray) -> np.ndarray:
+    leaving, landing = _rates(contact)[1], _rates(after)[0]
+    start = contact.off_pitch if contact.off > contact.lift else 0.0
     end = after.strike_pitch if after.flat > after.strike else 0.0
-    return hermite(t, (plant.off, after.strike), (start, end), (leaving, landing))
+    return hermite(t, (contact.off, after.strike), (start, end), (leaving, landing))
 
 
-def _resting(plant: Plant, side: str, body: Body) -> tuple[np.ndarray, np.ndarray]:
+def _resting(contact: FootContact, side: str, body: Body) -> tuple[np.ndarray, np.ndarray]:
     """Positions ``(3,)`` of toe joint and heel of a planted foot on the floor."""
-    (x, z), yaw, p = foot_place(plant, side, body), _yaw(plant, side), body.proportions
+    (x, z), yaw, p = foot_place(contact, side, body), _yaw(contact, side), body.proportions
     ahead = np.array([np.sin(yaw), 0.0, np.cos(yaw)])
-    under = np.array([x, plant.level * p.leg, z])
+    under = np.array([x, contact.level * p.leg, z])
     return under + p.ball * ahead + [0.0, p.ball_height, 0.0], under - p.heel * ahead
 
 
@@ -160,12 +162,12 @@ _EDGE = 1.6
 
 
 def _swing_pivot(
-    plant: Plant, after: Plant, side: str, body: Body, share: np.ndarray
+    contact: FootContact, after: FootContact, side: str, body: Body, share: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """The point that is handed over from toe to heel (or toe), and where it is on the foot."""
     sole, lands = _sole(body), _resting(after, side, body)
-    leaves, last = _resting(plant, side, body)[0], int(after.strike_pitch < 0.0)
-    climb, way = (after.level - plant.level) * body.proportions.leg, share
+    leaves, last = _resting(contact, side, body)[0], int(after.strike_pitch < 0.0)
+    climb, way = (after.level - contact.level) * body.proportions.leg, share
     rise = 1.0 - smooth(_EDGE * (1.0 - share))
     # round the edge of a step: it goes forward late on its way up, soon on its way down
     if climb > 0.0:
@@ -173,10 +175,10 @@ def _swing_pivot(
     elif climb < 0.0:
         way = 1.0 - (1.0 - share) ** 1.8
     w = way * way * (3.0 - 2.0 * way)
-    w = w + plant.hurry * (_glide(way, 0.2) - w)
+    w = w + contact.hurry * (_glide(way, 0.2) - w)
     place = leaves + w[:, None] * (lands[last] - leaves)
     place[:, 1] += climb * (rise - w)
-    place[:, 1] += plant.lift_height * body.proportions.leg * bump(share)
+    place[:, 1] += contact.lift_height * body.proportions.leg * bump(share)
     return place, sole[0] + w[:, None] * (sole[last] - sole[0])
 
 
@@ -203,10 +205,10 @@ def _planted(foot: Foot, t: np.ndarray) -> np.ndarray:
     foot of a kneeling leg.
     """
     stays, on_toe = np.zeros((2, len(t)), dtype=bool)
-    for plant in foot.plants:
-        toe_first = plant.strike_pitch >= 0.0
-        stays |= (t >= plant.flat) & (t <= plant.lift)
-        on_toe |= (t >= (plant.strike if toe_first else plant.flat)) & (t <= plant.off)
+    for contact in foot.contacts:
+        toe_first = contact.strike_pitch >= 0.0
+        stays |= (t >= contact.flat) & (t <= contact.lift)
+        on_toe |= (t >= (contact.strike if toe_first else contact.flat)) & (t <= contact.off)
     held = np.concatenate([foot.heel[:1] == 0.0, foot.heel[1:] == foot.heel[:-1]])
     if foot.kneel is not None:
         held &= _since_before(foot.kneel == 0.0)

@@ -9,7 +9,7 @@ from ..bodies.structures import Body
 from ..conventions import SIDES, sign
 from ..curves import bump, plateau, ramp, smooth
 from ..matrices import about, cross, dot, length, part_way, rotated, unit
-from ..performances.score import HandPlant, Score
+from ..performances.score import HandContact, Score
 from .kneeling import all_fours, knee_ahead
 from .limbs import arm_limb, bend
 from .pose import Pose
@@ -17,59 +17,59 @@ from .scaling import hand_reach
 from .touch_points import LOW, OF_ARM, finger_tips, palm, resting, touch_point
 
 
-def plant_weight(plant: HandPlant, frames: int) -> np.ndarray:
+def contact_weight(contact: HandContact, frames: int) -> np.ndarray:
     """``(frames,)`` how far the hand is where it is planted: exactly 1 from ``strike`` to ``off``."""
     k = np.arange(frames, dtype=float)
-    start = plant.strike - plant.coming
-    if plant.going == 0:
-        return ramp(k, start, plant.strike)
-    return plateau(k, start, plant.strike, plant.off, plant.off + plant.going)
+    start = contact.strike - contact.coming
+    if contact.leaving == 0:
+        return ramp(k, start, contact.strike)
+    return plateau(k, start, contact.strike, contact.off, contact.off + contact.leaving)
 
 
-def plant_rests(plant: HandPlant, frames: int) -> np.ndarray:
+def contact_rests(contact: HandContact, frames: int) -> np.ndarray:
     """``(frames,)`` bool: the hand is on the floor."""
     k = np.arange(frames)
-    return (k >= plant.strike) & (k <= plant.off)
+    return (k >= contact.strike) & (k <= contact.off)
 
 
-def plant_rotation(plant: HandPlant, side: str) -> np.ndarray:
+def contact_rotation(contact: HandContact, side: str) -> np.ndarray:
     """Orientation (3, 3) of the planted hand: palm down, or inward where it holds something."""
-    yaw = plant.heading + sign(side) * plant.turned
+    yaw = contact.heading + sign(side) * contact.turned
     c, s = np.cos(yaw), np.sin(yaw)
-    if plant.level > 0.0:
+    if contact.level > 0.0:
         back = sign(side) * np.array([c, 0.0, -s])
         fingers = unit(np.array([0.94 * s, -0.35, 0.94 * c]))
     else:
-        low, far = np.sin(plant.tilt), np.cos(plant.tilt)
+        low, far = np.sin(contact.tilt), np.cos(contact.tilt)
         back, fingers = np.array([s * low, far, c * low]), np.array([s * far, -low, c * far])
     x = sign(side) * fingers
     return np.stack([x, back, np.cross(x, back)], axis=-1)
 
 
-def plant_wrist(plant: HandPlant, side: str, body: Body) -> np.ndarray:
+def contact_wrist(contact: HandContact, side: str, body: Body) -> np.ndarray:
     """(3,) metres: the place of the planted hand's wrist. What holds something is measured there."""
-    p, c, s = body.proportions, np.cos(plant.heading), np.sin(plant.heading)
-    out = sign(side) * (plant.width * p.shoulder_half + plant.apart * p.arm)
-    ahead = plant.ahead * p.arm
-    if plant.under:
-        ahead += plant.under * (p.ball + knee_ahead(body) + all_fours(body)[1])
-    x, z = (p.leg * each for each in plant.place)
-    place = np.array([x + out * c + ahead * s, plant.level * p.leg, z - out * s + ahead * c])
-    if plant.level > 0.0:
+    p, c, s = body.proportions, np.cos(contact.heading), np.sin(contact.heading)
+    out = sign(side) * (contact.width * p.shoulder_half + contact.apart * p.arm)
+    ahead = contact.ahead * p.arm
+    if contact.under:
+        ahead += contact.under * (p.ball + knee_ahead(body) + all_fours(body)[1])
+    x, z = (p.leg * each for each in contact.place)
+    place = np.array([x + out * c + ahead * s, contact.level * p.leg, z - out * s + ahead * c])
+    if contact.level > 0.0:
         return place
-    turn = plant_rotation(plant, side)
+    turn = contact_rotation(contact, side)
     # the pads of the fingers touch, or their very tips where the hand is steep
-    deep = max(-(turn @ finger_tips(side, p))[1], p.hand * float(np.sin(plant.tilt)))
+    deep = max(-(turn @ finger_tips(side, p))[1], p.hand * float(np.sin(contact.tilt)))
     across = turn @ palm(side, p)
     return place - np.array([across[0], -deep, across[2]])
 
 
-def plant_path(plant: HandPlant, side: str, body: Body, frames: int) -> np.ndarray:
+def contact_path(contact: HandContact, side: str, body: Body, frames: int) -> np.ndarray:
     """``(frames, 3)`` metres: the wrist's place, higher while the hand is still coming."""
     k = np.arange(frames, dtype=float)
-    share = (k - plant.strike + plant.coming) / max(plant.coming, 1)
-    up = plant.lift * body.proportions.leg * bump(share)
-    return plant_wrist(plant, side, body) + up[:, None] * np.array([0.0, 1.0, 0.0])
+    share = (k - contact.strike + contact.coming) / max(contact.coming, 1)
+    up = contact.lift * body.proportions.leg * bump(share)
+    return contact_wrist(contact, side, body) + up[:, None] * np.array([0.0, 1.0, 0.0])
 
 
 def crouching(score: Score, short: dict[str, np.ndarray]) -> np.ndarray:
@@ -77,10 +77,10 @@ def crouching(score: Score, short: dict[str, np.ndarray]) -> np.ndarray:
     places: smooth, since a hand's worst lack is spread over its coming and going."""
     total = np.zeros(score.frames)
     for side in SIDES:
-        for plant in score.hands[side].plants:
-            if plant.crouch:
-                worst = float((short[side] * plant_rests(plant, score.frames)).max(initial=0.0))
-                total += (worst * plant_weight(plant, score.frames)) ** 4
+        for contact in score.hands[side].contacts:
+            if contact.crouch:
+                worst = float((short[side] * contact_rests(contact, score.frames)).max(initial=0.0))
+                total += (worst * contact_weight(contact, score.frames)) ** 4
     return np.sqrt(np.sqrt(total))
 
 
@@ -119,15 +119,17 @@ class Arm:
         self.helped = sum(low, start=np.zeros(frames))
         # places on the floor: the wrist (frames, 3), how far (frames,), and how the hand is turned: early,
         # so that no finger is in the floor on its way down
-        self.plants: list[tuple[np.ndarray, np.ndarray, Hold]] = []
-        for plant in hand.plants:
-            far = plant_weight(plant, frames)
-            turn = np.broadcast_to(plant_rotation(plant, side), (frames, 3, 3))
-            self.plants.append((plant_path(plant, side, body, frames), far, (turn, 1.0 - (1.0 - far) ** 3)))
+        self.contacts: list[tuple[np.ndarray, np.ndarray, Hold]] = []
+        for contact in hand.contacts:
+            far = contact_weight(contact, frames)
+            turn = np.broadcast_to(contact_rotation(contact, side), (frames, 3, 3))
+            self.contacts.append(
+                (contact_path(contact, side, body, frames), far, (turn, 1.0 - (1.0 - far) ** 3))
+            )
 
 
 def order(score: Score) -> Sequence[tuple[str, ...]]:
-    """Which arms are set together: a hand on the other arm comes after it; where each rests there at its
+    """The order of setting arms: a hand on the other arm comes after it; where each rests there at its
     own time, one comes twice."""
     left_first, right_first = (
         any(touch.place in OF_ARM[other] for touch in score.hands[side].touches)
@@ -184,7 +186,7 @@ def _goal(pose: Pose, chest: np.ndarray, arm: Arm) -> np.ndarray:
     for part, _, wrist, far in arm.touches:
         there = pose.at(part) + rotated(pose.of(part), wrist)
         goal = goal + far[:, None] * (there - goal)
-    for way, far, _ in arm.plants:
+    for way, far, _ in arm.contacts:
         goal = goal + far[:, None] * (way - goal)
     return goal
 
@@ -195,7 +197,7 @@ def _oriented(pose: Pose, arms: Sequence[Arm], lower: np.ndarray) -> np.ndarray:
     still = (lower[0], np.zeros(lower.shape[1]))
     holds = [
         [*arm.aim, *((pose.of(part) @ turn, far) for part, turn, _, far in arm.touches)]
-        + [hold for _, _, hold in arm.plants]
+        + [hold for _, _, hold in arm.contacts]
         for arm in arms
     ]
     for each in zip_longest(*holds, fillvalue=still):
@@ -206,7 +208,7 @@ def _oriented(pose: Pose, arms: Sequence[Arm], lower: np.ndarray) -> np.ndarray:
 
 
 def _aimed(aim: np.ndarray, side: str) -> np.ndarray:
-    """Orientations ``(frames, 3, 3)`` of a hand whose palm and fingers point where they are told."""
+    """Orientations ``(frames, 3, 3)`` of a hand whose palm and fingers point in given directions."""
     out = np.array([sign(side), 1.0, 1.0])
     back = -unit(aim[:, :3] * out)
     fingers = aim[:, 3:] * out

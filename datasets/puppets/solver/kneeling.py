@@ -1,7 +1,7 @@
 """Knees on the floor: where they rest, where the hips are then, and how the trunk lies on all fours.
 
-A kneeling leg stands on its toes and its knee. Toes rest where the foot's plant is; how far before them the
-knee does follows from the body's own foot and shin, so the hip joint is held on a sphere about the knee.
+A kneeling leg stands on its toes and its knee. Toes rest where the foot's contact is; how far before them
+the knee does follows from the body's own foot and shin, so the hip joint stays on a sphere about the knee.
 """
 
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ import numpy as np
 from ..bodies.structures import Body
 from ..conventions import SIDES
 from ..matrices import unit
-from ..performances.score import HandPlant, Score
+from ..performances.score import HandContact, Score
 from .feet import FootPath
 from .scaling import KNEELING_PITCH
 
@@ -45,12 +45,12 @@ def knees(score: Score, feet: Mapping[str, FootPath], body: Body) -> np.ndarray 
     with the toes. None where no leg ever kneels."""
     if not any(kneels(score, side).any() for side in SIDES):
         return None
-    p, found = body.proportions, []
+    p, places = body.proportions, []
     for foot in (feet[side] for side in SIDES):
         toe = foot.ankle + foot.sole @ np.array([0.0, p.ball_height - p.ankle, p.ball])
         ahead = np.stack([np.sin(foot.yaw), np.zeros_like(foot.yaw), np.cos(foot.yaw)], axis=-1)
-        found.append(toe + knee_ahead(body) * ahead + [0.0, knee_height(body) - p.ball_height, 0.0])
-    return np.stack(found)
+        places.append(toe + knee_ahead(body) * ahead + [0.0, knee_height(body) - p.ball_height, 0.0])
+    return np.stack(places)
 
 
 def kneels(score: Score, side: str) -> np.ndarray:
@@ -82,17 +82,17 @@ def on_knees(
     high = np.sqrt(np.maximum(thigh * thigh - 0.25 * square, 0.01 * thigh * thigh))
     both = 0.5 * (centre[0] + centre[1]) + high * unit(upward - across)
     (left, right), one = weight, centre + thigh * upward
-    found = (1.0 - left) * ((1.0 - right) * middle + right * one[1])
-    found = found + left * ((1.0 - right) * one[0] + right * both)
+    path = (1.0 - left) * ((1.0 - right) * middle + right * one[1])
+    path = path + left * ((1.0 - right) * one[0] + right * both)
     # while the second knee comes or goes the first one stays: back onto its sphere
     for k, side in enumerate(SIDES):
         bears = score.feet[side].bears
         if bears is not None:
             weight[k] *= bears[:, None]
     for own, other, place in zip(weight, weight[::-1], centre, strict=True):
-        line = found - place
-        found = found + own**4 * (1.0 - other**8) * (thigh * unit(line) - line)
-    return found
+        line = path - place
+        path = path + own**4 * (1.0 - other**8) * (thigh * unit(line) - line)
+    return path
 
 
 def over_floor(height: np.ndarray, body: Body) -> np.ndarray:
@@ -111,7 +111,7 @@ def all_fours(body: Body) -> tuple[float, float]:
     p = body.proportions
     shoulder = body.reach("left_arm", "hips") - body.reach("left_up_leg", "hips")
     far = float(np.sqrt(shoulder[1] ** 2 + shoulder[2] ** 2))
-    wrist = float(p.hand * np.sin(HandPlant.tilt))
+    wrist = float(p.hand * np.sin(HandContact.tilt))
     straight = 0.91 if body.structure.collars else 0.875
     share = (straight * p.arm + wrist - knee_height(body) - p.thigh) / far
     share = min(max(share, -0.30), 0.75)

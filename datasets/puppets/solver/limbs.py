@@ -76,8 +76,8 @@ def bend(
     hinge, aside = c * hinge + s * aside, c * aside - s * hinge
     if pole is not None:
         away = pole[0] - start
-        wanted = cross(unit(away - to * dot(away, to)), to)
-        hinge = hinge + pole[1][..., None] * (wanted - hinge)
+        direction = cross(unit(away - to * dot(away, to)), to)
+        hinge = hinge + pole[1][..., None] * (direction - hinge)
         hinge = unit(hinge - to * dot(hinge, to))
         aside = cross(to, hinge)
     d = _within(distance, limb)

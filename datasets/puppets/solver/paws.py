@@ -1,4 +1,4 @@
-"""Paws: on their plants exactly, between them in a swing; and when each is in contact."""
+"""Paws: on their contacts exactly, between them in a swing; and when each is in contact."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from ..bodies.structures import Body
 from ..conventions import across, along, sign
 from ..curves import bump, hermite, smooth
 from ..matrices import about
-from ..performances.score import DogScore, Paw, PawPlant
+from ..performances.score import DogScore, Paw, PawContact
 
 THICK = 0.055
 """Height of the middle of a leg that lies on the floor, hind leg lengths."""
@@ -91,55 +91,57 @@ class PawPath:
 
 
 def paw_path(paw: Paw, limb: str, body: Body, ends: dict[str, End]) -> PawPath:
-    """The path of the paw of a limb through its plants."""
+    """The path of the paw of a limb through its contacts."""
     (side, end), frames, leg = limb.split("_"), len(paw.flat), sizes_of(body).leg
     tip = body.tips[f"{side}_{PARTS[end][2]}"]
-    spots = [_spot(plant, side, end, body, ends[end]) for plant in paw.plants]
+    spots = [_spot(contact, side, end, body, ends[end]) for contact in paw.contacts]
     t = np.arange(frames, dtype=float)
     place = np.tile(spots[0][0], (frames, 1))
     yaw = np.full(frames, spots[0][1])
     up, pitch = np.zeros(frames), np.zeros(frames)
-    for k, plant in enumerate(paw.plants):
-        pitch += _rolled(plant, t, first=k == 0, last=k + 1 == len(paw.plants))
-        if k + 1 < len(paw.plants):
-            after = paw.plants[k + 1]
-            share = (t - plant.off) / (after.strike - plant.off)
+    for k, contact in enumerate(paw.contacts):
+        pitch += _rolled(contact, t, first=k == 0, last=k + 1 == len(paw.contacts))
+        if k + 1 < len(paw.contacts):
+            after = paw.contacts[k + 1]
+            share = (t - contact.off) / (after.strike - contact.off)
             part = smooth(share)
             place += part[:, None] * (spots[k + 1][0] - spots[k][0])
             yaw += part * (spots[k + 1][1] - spots[k][1])
-            up += plant.lift_height * leg * bump(share)
-            pitch += plant.curl * bump(share) + _between(plant, after, t)
+            up += contact.lift_height * leg * bump(share)
+            pitch += contact.curl * bump(share) + _between(contact, after, t)
     tips = np.stack([place[:, 0], up, place[:, 1]], axis=-1)
     pitch = pitch - paw.flat * _lying(tip, THICK * leg)
     orientation = about(1, yaw) @ about(0, pitch)
     return PawPath(tips - orientation @ tip, orientation, *_rests(paw, frames))
 
 
-def _spot(plant: PawPlant, side: str, end: str, body: Body, ground: End) -> tuple[np.ndarray, float]:
+def _spot(contact: PawContact, side: str, end: str, body: Body, ground: End) -> tuple[np.ndarray, float]:
     """(x, z) of the tip, and the heading of the paw."""
     top, _, paw = PARTS[end]
     drawn = body.reach(f"{side}_{paw}", f"{side}_{top}") + body.tips[f"{side}_{paw}"]
-    heading, start = float(at(ground.heading, plant.moment)), at(ground.floor, plant.moment)
-    ahead = plant.ahead * sizes_of(body).leg + (1.0 - plant.lain) * float(drawn[2])
-    ahead += plant.lain * ground.lain
-    return start + sign(side) * plant.out * ground.half * across(heading) + ahead * along(heading), heading
+    heading, start = float(at(ground.heading, contact.moment)), at(ground.floor, contact.moment)
+    ahead = contact.ahead * sizes_of(body).leg + (1.0 - contact.lain) * float(drawn[2])
+    ahead += contact.lain * ground.lain
+    return start + sign(side) * contact.out * ground.half * across(heading) + ahead * along(
+        heading
+    ), heading
 
 
-def _rolled(plant: PawPlant, t: np.ndarray, first: bool, last: bool) -> np.ndarray:
+def _rolled(contact: PawContact, t: np.ndarray, first: bool, last: bool) -> np.ndarray:
     """Pitch while the paw is down."""
-    landing = 1.0 - smooth((t - plant.strike) / max(plant.flat - plant.strike, 1))
-    leaving = np.clip((t - plant.lift) / max(plant.off - plant.lift, 1), 0.0, 1.0) ** 2
-    pitch = plant.rest + (plant.strike_pitch - plant.rest) * landing
-    down = (t >= plant.strike) & (t <= plant.off)
-    ever = down | (first & (t < plant.strike)) | (last & (t > plant.off))
-    return np.where(ever, pitch + (plant.off_pitch - plant.rest) * leaving, 0.0)
+    landing = 1.0 - smooth((t - contact.strike) / max(contact.flat - contact.strike, 1))
+    leaving = np.clip((t - contact.lift) / max(contact.off - contact.lift, 1), 0.0, 1.0) ** 2
+    pitch = contact.rest + (contact.strike_pitch - contact.rest) * landing
+    down = (t >= contact.strike) & (t <= contact.off)
+    ever = down | (first & (t < contact.strike)) | (last & (t > contact.off))
+    return np.where(ever, pitch + (contact.off_pitch - contact.rest) * leaving, 0.0)
 
 
-def _between(plant: PawPlant, after: PawPlant, t: np.ndarray) -> np.ndarray:
+def _between(contact: PawContact, after: PawContact, t: np.ndarray) -> np.ndarray:
     """Pitch of a swing beside its curl: it leaves turning as it rolled last, and lands in no hurry."""
-    rolling = 2.0 * (plant.off_pitch - plant.rest) / max(plant.off - plant.lift, 1)
-    ends, pitches = (plant.off, after.strike), (plant.off_pitch, after.strike_pitch)
-    inside = (t > plant.off) & (t < after.strike)
+    rolling = 2.0 * (contact.off_pitch - contact.rest) / max(contact.off - contact.lift, 1)
+    ends, pitches = (contact.off, after.strike), (contact.off_pitch, after.strike_pitch)
+    inside = (t > contact.off) & (t < after.strike)
     return np.where(inside, hermite(t, ends, pitches, (rolling, 0.0)), 0.0)
 
 
@@ -158,10 +160,10 @@ def _rests(paw: Paw, frames: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Frames in which it is planted, pivoting, and down at all."""
     still, held, down = (np.zeros(frames, dtype=bool) for _ in range(3))
     before = np.concatenate([paw.flat[:1], paw.flat[:-1]])
-    for plant in paw.plants:
-        still[max(plant.flat + 1, 0) : max(plant.lift + 1, 0)] = True
-        held[max(plant.strike + 1, 0) : max(plant.off + 1, 0)] = True
-        down[max(plant.strike, 0) : max(plant.off + 1, 0)] = True
+    for contact in paw.contacts:
+        still[max(contact.flat + 1, 0) : max(contact.lift + 1, 0)] = True
+        held[max(contact.strike + 1, 0) : max(contact.off + 1, 0)] = True
+        down[max(contact.strike, 0) : max(contact.off + 1, 0)] = True
     grounded = np.ones(frames, dtype=bool) if paw.air is None else paw.air.weight == 0.0
     planted = still & (np.abs(paw.flat - before) < _AT_REST) & grounded
     return planted, held & ~planted & grounded, down & grounded

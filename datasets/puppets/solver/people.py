@@ -1,6 +1,6 @@
 """People: what a performance asks of a body on two legs, and its poses, from the floor up.
 
-Feet follow their plants; the pelvis goes where the score and the balance want it, no higher than both feet
+Feet follow their contacts; the pelvis goes where score and balance want it, no higher than both feet
 reach; the spine shares the trunk's bend, and bends further where a hand has to touch something out of
 reach; legs, collar bones and arms follow. Balance and spine depend on each other, so there are several
 passes.
@@ -115,7 +115,7 @@ class Person:
         """Number of passes."""
         score, all_hands = self.score, self.score.hands.values()
         touched = [touch_point(touch.place, self.body).part for hand in all_hands for touch in hand.touches]
-        if any(part in LOW for part in touched) or any(hand.plants for hand in all_hands):
+        if any(part in LOW for part in touched) or any(hand.contacts for hand in all_hands):
             return 8
         return 4 if touched or score.balance.any() or score.flights else 1
 
@@ -138,8 +138,8 @@ class Person:
         under = np.stack([_chords(score.flights, row) for row in under.T], axis=-1)
         if self.unbalanced is None:
             self.unbalanced = centre[:, 0::2]
-        wanted = score.balance[:, None] * (under - self.unbalanced)
-        self.shift = self.shift + self.unbalanced + wanted - centre[:, 0::2]
+        correction = score.balance[:, None] * (under - self.unbalanced)
+        self.shift = self.shift + self.unbalanced + correction - centre[:, 0::2]
         hips = pose.both("up_leg")[..., 1]
         above = centre[:, 1] - 0.5 * (hips[0] + hips[1])
         # outside of flights the line is the curve itself
@@ -202,7 +202,7 @@ class Person:
 
 
 def _up_to(most: float, value: np.ndarray) -> np.ndarray:
-    """Values that are asked for, eased below a limit."""
+    """Values eased below a limit."""
     return most * np.tanh(value / most)
 
 

@@ -85,7 +85,7 @@ FITS = 0.005
 def gaps(score: Score, body: Body, solution: Solution) -> Mapping[tuple[str, str], float]:
     """(hand's side, place) -> metres between hand and place, at worst while it should rest there."""
     positions = body.positions(solution.orientations, solution.root)
-    found: dict[tuple[str, str], float] = {}
+    gaps: dict[tuple[str, str], float] = {}
 
     def point(part: str, at: np.ndarray) -> np.ndarray:
         joint = body.part[part]
@@ -98,20 +98,22 @@ def gaps(score: Score, body: Body, solution: Solution) -> Mapping[tuple[str, str
                 spot.part, spot.at
             )
             gap = np.sqrt((apart[full] ** 2).sum(axis=-1)).max(initial=0.0)
-            found[side, touch.place] = max(found.get((side, touch.place), 0.0), float(gap))
-        for plant in score.hands[side].plants:
-            apart = positions[:, body.part[f"{side}_hand"]] - hands.plant_wrist(plant, side, body)
-            gap = np.sqrt((apart**2).sum(axis=-1))[hands.plant_rests(plant, score.frames)].max(initial=0.0)
-            found[side, "floor"] = max(found.get((side, "floor"), 0.0), float(gap))
-    return found
+            gaps[side, touch.place] = max(gaps.get((side, touch.place), 0.0), float(gap))
+        for contact in score.hands[side].contacts:
+            apart = positions[:, body.part[f"{side}_hand"]] - hands.contact_wrist(contact, side, body)
+            gap = np.sqrt((apart**2).sum(axis=-1))[hands.contact_rests(contact, score.frames)].max(
+                initial=0.0
+            )
+            gaps[side, "floor"] = max(gaps.get((side, "floor"), 0.0), float(gap))
+    return gaps
 
 
 def out_of_reach(score: Score, body: Body, solution: Solution) -> Mapping[str, float]:
     """Place -> metres by which a hand falls short of it, or stairs do not suit the body; empty where all
     touches of the score touch and the stairs suit."""
-    found: dict[str, float] = {}
+    shortfalls: dict[str, float] = {}
     for (_, name), gap in gaps(score, body, solution).items():
         if gap > TOUCHES:
-            found[name] = max(found.get(name, 0.0), gap)
+            shortfalls[name] = max(shortfalls.get(name, 0.0), gap)
     misfit = stairs_misfit(score, body, solution)
-    return {**found, "stairs": misfit} if misfit > FITS else found
+    return {**shortfalls, "stairs": misfit} if misfit > FITS else shortfalls

@@ -9,7 +9,7 @@
 | feet carried in the air | leg lengths from the hip joint | times its own leg, less its ankle |
 | foot contacts | schedule | kept: the same frames, its own sole |
 | hands in the air | arm lengths | times its arm (shoulder joint to wrist), from its own shoulder |
-| knees on the floor | before the own toes | kept: as far off and high as its own shin and flesh |
+| knees on the floor | before the own toes | kept: as far off and high as its own shin and skin |
 | hands on the floor | leg lengths | kept: the same frames; on all fours under its shoulders |
 | hands on the body | places | kept: its own hip, knee, other palm |
 | turning, leaning, gaze | radians | the same |
@@ -23,15 +23,15 @@ import numpy as np
 
 from ..bodies.structures import Body
 from ..conventions import sign
-from ..performances.score import Air, Hand, Plant, Score
+from ..performances.score import Air, FootContact, Hand, Score
 
 
-def foot_place(plant: Plant, side: str, body: Body) -> tuple[float, float]:
+def foot_place(contact: FootContact, side: str, body: Body) -> tuple[float, float]:
     """(x, z) in metres of the ankle's place on the floor while the foot is flat."""
     sizes = body.proportions
-    out, ahead = sign(side) * stance_width(plant.width, body), _fit(plant, body)
-    c, s = np.cos(plant.heading), np.sin(plant.heading)
-    x, z = plant.place
+    out, ahead = sign(side) * stance_width(contact.width, body), _fit(contact, body)
+    c, s = np.cos(contact.heading), np.sin(contact.heading)
+    x, z = contact.place
     return float(x * sizes.leg + out * c + ahead * s), float(z * sizes.leg - out * s + ahead * c)
 
 
@@ -53,14 +53,14 @@ _GAP = 0.02
 """Between a sole and the riser before or behind it, leg lengths."""
 
 
-def _fit(plant: Plant, body: Body) -> float:
+def _fit(contact: FootContact, body: Body) -> float:
     """Metres ahead of its place at which a foot does not touch a riser. What does not fit on the
     tread hangs over its free edge."""
     sizes = body.proportions
-    room = (abs(plant.riser) - _GAP) * sizes.leg
-    if plant.riser > 0.0:
+    room = (abs(contact.riser) - _GAP) * sizes.leg
+    if contact.riser > 0.0:
         return min(0.0, room - sizes.ball - sizes.toes)
-    return max(0.0, sizes.heel - room) if plant.riser < 0.0 else 0.0
+    return max(0.0, sizes.heel - room) if contact.riser < 0.0 else 0.0
 
 
 USUAL_FOOT = 0.141
@@ -78,7 +78,8 @@ KNEELING_PITCH = 1.3
 
 
 def pelvis_place(score: Score, body: Body) -> np.ndarray:
-    """``(frames, 3)`` metres: the middle between the hip joints, before feet and balance have a say."""
+    """``(frames, 3)`` metres: the middle between the hip joints, before corrections for feet and
+    balance."""
     c, s = np.cos(score.heading), np.sin(score.heading)
     left, ahead = score.sway[:, 0], score.sway[:, 1]
     x = score.path[:, 0] + left * c + ahead * s

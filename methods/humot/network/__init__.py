@@ -16,7 +16,7 @@ from .layers import ELU, RELU, Anchors, FrameMean, TemporalConvolution, initiali
 from .tokens import RaggedTokens, in_groups, styled, time_code
 
 NEAR = 4.0
-"""What a token has in the channel of an anchor at its joint."""
+"""The value of a token in the channel of an anchor at its joint."""
 STYLE, FIRST = 0.5, 0.1
 """Initial spread of styles and, about, of positions: noise there would teach to ignore codes."""
 
@@ -86,7 +86,7 @@ class Encoder(nn.Module):
 
 
 class Decoder(nn.Module):
-    """Tokens begin as the template's and are multiplied, before each block, by what the code says.
+    """Tokens begin as the template's and are multiplied, before each block, by a projection of the code.
 
     They are multiplied by one more than what a block's style MLP answers: at the start answers are small,
     and tokens stay. That MLP has a rectifier between its two layers and none behind.
@@ -167,10 +167,10 @@ class Autoencoder(nn.Module):
         super().__init__()
         self.encoder, self.decoder = Encoder(design), Decoder(design)
 
-    def forward(self, given: Batch, asked: Batch, tokens: tuple[RaggedTokens, RaggedTokens]) -> Tensor:
-        """``(rows, frames, joints asked, 3)`` metres. given, asked, tokens: see ``HumotTraining.draw``."""
-        code = self.encoder(given["places"], given["template"], tokens[0])
-        answer: Tensor = self.decoder(code, asked["template"], tokens[1])
+    def forward(self, source: Batch, target: Batch, tokens: tuple[RaggedTokens, RaggedTokens]) -> Tensor:
+        """``(rows, frames, joints of the target, 3)`` metres. The arguments: see ``HumotTraining.draw``."""
+        code = self.encoder(source["places"], source["template"], tokens[0])
+        answer: Tensor = self.decoder(code, target["template"], tokens[1])
         return answer
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:

@@ -24,7 +24,7 @@ SMALLEST = 1e-12
 FEW = 2
 """A sequence with fewer tokens than so many widths has its queries and keys worked out."""
 LONG = 1 << 14
-"""Tokens of a sequence beyond which it is read in parts, where no gradients are wanted."""
+"""Tokens of a sequence beyond which it is read in parts, where no gradients are needed."""
 SIDE = (32, 64)
 """Tracks and frames of a part."""
 MOMENTUM = 0.1
@@ -46,9 +46,9 @@ class Attention(nn.Module):
         self.scale = nn.Parameter(torch.full((width,), design.scale))
 
     def forward(
-        self, tokens: Tensor, ragged: RaggedTokens, kept: tuple[RaggedTokens, Tensor] | None = None
+        self, tokens: Tensor, ragged: RaggedTokens, selection: tuple[RaggedTokens, Tensor] | None = None
     ) -> Tensor:
-        """``(tracks, frames, width)``; with ``kept`` only the tracks that it names."""
+        """``(tracks, frames, width)``; with ``selection`` only the tracks that it names."""
         normed = ragged.zero_padding_(self.norm(tokens))
         sequences = ragged.over(normed)
         flat = [each.flatten(0, 1) for each in sequences]
@@ -62,8 +62,8 @@ class Attention(nn.Module):
                 every[n] = self._directly(sequences[n][: sizes[n][0], : sizes[n][1]])
             squares, scores = (torch.stack(each) for each in zip(*every, strict=True))
         matrices, bias = self.mixing(squares, scores)
-        if kept is not None:
-            ragged, index = kept
+        if selection is not None:
+            ragged, index = selection
             tokens = tokens[index]
             flat = [each.flatten(0, 1) for each in ragged.over(normed[index])]
         triples = zip(bias, flat, matrices, strict=True)
@@ -99,10 +99,10 @@ class Attention(nn.Module):
         """
         width, heads = self.out.in_features, len(self.temperature)
         bias = None if self.qkv.bias is None else self.qkv.bias[: 2 * width]
-        found = functional.linear(normed, self.qkv.weight[: 2 * width], bias)
-        found = found.view(-1, 2, heads, width // heads)
-        scores = torch.einsum("nhi,nhj->hij", found[:, 0], found[:, 1])
-        return found.square().sum(0), scores
+        projected = functional.linear(normed, self.qkv.weight[: 2 * width], bias)
+        projected = projected.view(-1, 2, heads, width // heads)
+        scores = torch.einsum("nhi,nhj->hij", projected[:, 0], projected[:, 1])
+        return projected.square().sum(0), scores
 
     def mixing(self, squares: Tensor, scores: Tensor) -> tuple[Tensor, Tensor]:
         """Matrix ``(rows, width, width)`` for the tokens of each sequence, and bias ``(rows, width)``."""
@@ -116,8 +116,8 @@ class Attention(nn.Module):
         if self.qkv.bias is not None:
             constant = self.qkv.bias[-heads * size :].view(heads, size, 1)
             bias = bias + functional.linear(torch.matmul(weights, constant).flatten(1), out)
-        found = torch.matmul(weights, values).flatten(1, 2)
-        return functional.linear(found.transpose(1, 2), out), bias
+        mixed = torch.matmul(weights, values).flatten(1, 2)
+        return functional.linear(mixed.transpose(1, 2), out), bias
 
 
 class BatchNorm(nn.Module):
@@ -183,8 +183,8 @@ class Local(nn.Module):
 def _convolved(values: Tensor, weight: Tensor, bias: Tensor | None) -> Tensor:
     """Tracks ``(tracks, frames, width)`` as a picture: every channel with its own 3x3 weights."""
     picture = values.unsqueeze(0).permute(0, 3, 1, 2)
-    found = functional.conv2d(picture, weight, bias, padding=1, groups=len(weight))
-    return found.permute(0, 2, 3, 1).squeeze(0).contiguous()
+    convolved = functional.conv2d(picture, weight, bias, padding=1, groups=len(weight))
+    return convolved.permute(0, 2, 3, 1).squeeze(0).contiguous()
 
 
 class FeedForward(nn.Module):
@@ -233,7 +233,7 @@ class Block(nn.Module):
         counts = [2 if latent else count + 1 for count in ragged.counts]
         result = tokens.new_zeros(sum(counts), *tokens.shape[1:])
         parts = zip(ragged.over(tokens), torch.split(result, counts), strict=True)
-        for number, (own, found) in enumerate(parts):
+        for number, (own, out) in enumerate(parts):
             own = own[:-1, : ragged.lengths[number]]
             pairs, total = own.new_zeros(own.shape[2], own.shape[2]), own.new_zeros(own.shape[2])
             for part in _parts(*own.shape[:2]):
@@ -243,8 +243,8 @@ class Block(nn.Module):
             count = own.new_full((1,), own.shape[0] * own.shape[1])
             scores = self.attention.scores(pairs.unsqueeze(0), total.unsqueeze(0), count)
             matrix, bias = self.attention.mixing(*scores)
-            for part in _parts(len(found) - 1, own.shape[1]):
-                found[part] = self._part(own, part, matrix[0], bias[0])
+            for part in _parts(len(out) - 1, own.shape[1]):
+                out[part] = self._part(own, part, matrix[0], bias[0])
         return result
 
     def _part(self, own: Tensor, part: tuple[slice, slice], matrix: Tensor, bias: Tensor) -> Tensor:

@@ -43,10 +43,10 @@ class TemporalConvolution(nn.Module):
 
     def _directly(self, values: Tensor) -> Tensor:
         picture = values.unsqueeze(1).permute(0, 3, 1, 2)
-        found = functional.conv2d(
+        convolved = functional.conv2d(
             picture, self.weight.unsqueeze(2), self.bias, padding=(0, self.kernel // 2)
         )
-        return found.permute(0, 2, 3, 1).squeeze(1).contiguous()
+        return convolved.permute(0, 2, 3, 1).squeeze(1).contiguous()
 
     def _by_frequency(self, values: Tensor) -> Tensor:
         joints, frames, inputs = values.shape
@@ -58,10 +58,10 @@ class TemporalConvolution(nn.Module):
             windows = padded.unfold(1, length + 2 * reach, length).transpose(2, 3)
             values = windows.reshape(joints * count, -1, inputs)
         weights = torch.mm(taps, self.weight.permute(2, 1, 0).flatten(1)).view(-1, inputs, len(self.bias))
-        found = _multiplied(values, weights, self.bias, there, back)
+        convolved = _multiplied(values, weights, self.bias, there, back)
         if count > 1:
-            found = found.view(joints, count * length, -1)[:, :frames]
-        return found
+            convolved = convolved.view(joints, count * length, -1)[:, :frames]
+        return convolved
 
 
 def _multiplied(values: Tensor, weights: Tensor, bias: Tensor, there: Tensor, back: Tensor) -> Tensor:
@@ -172,5 +172,5 @@ class FrameMean(nn.Module):
         shares = [each.softmax(0) for each in torch.split(self.anchors(template), counts)]
         pairs = zip(ragged.over(self.norm(tokens)), shares, strict=True)
         means = torch.stack([torch.einsum("jfw,jw->fw", own[1:-1], each) for own, each in pairs])
-        told = self.told(self.mean(means))
-        return torch.cat([own + each for own, each in zip(ragged.over(tokens), told, strict=True)])
+        summary = self.told(self.mean(means))
+        return torch.cat([own + each for own, each in zip(ragged.over(tokens), summary, strict=True)])

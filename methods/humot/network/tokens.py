@@ -16,13 +16,14 @@ from torch import Tensor
 from ..settings import Design
 
 TOGETHER = 1 << 15
-"""Tokens that go through layers of single joints at a time where no gradients are wanted."""
+"""Tokens that go through layers of single joints at a time where no gradients are needed."""
 HALO = 2
-"""How far the two convolutions of a block's local interaction reach."""
+"""The reach of the two convolutions of a block's local interaction."""
 
 
 class RaggedTokens(NamedTuple):
-    """Where the tracks of each sequence of a batch are; made on the CPU beside the batch, moved with it.
+    """The positions of the tracks of each sequence of a batch; made on the CPU beside the batch, moved with
+    it.
 
     counts:  tracks of each sequence, without the blank one. lengths: frames of each sequence.
     length:  frames of a track, padding included.
@@ -77,19 +78,19 @@ class RaggedTokens(NamedTuple):
     @classmethod
     def with_latent(cls, joints: np.ndarray, frames: np.ndarray) -> RaggedTokens:
         """The same, with a latent track before the joints' ones."""
-        whole = cls.of(joints, frames, 1)
+        extended = cls.of(joints, frames, 1)
         near = cls.of(joints & (joints.cumsum(1) <= HALO), frames, 1)
         which = np.arange(near.total)
-        which += np.repeat((whole.leading - near.leading).numpy(), np.array(near.counts) + 1)
-        which[near.blank.numpy()] = whole.blank.numpy()
-        return whole._replace(near=(near, torch.from_numpy(which)))
+        which += np.repeat((extended.leading - near.leading).numpy(), np.array(near.counts) + 1)
+        which[near.blank.numpy()] = extended.blank.numpy()
+        return extended._replace(near=(near, torch.from_numpy(which)))
 
     @classmethod
     def between(
-        cls, given: np.ndarray, asked: np.ndarray, frames: np.ndarray
+        cls, source: np.ndarray, target: np.ndarray, frames: np.ndarray
     ) -> tuple[RaggedTokens, RaggedTokens]:
-        """Of the encoder and of the decoder, by the joints of both."""
-        return cls.with_latent(given, frames), cls.of(asked, frames)
+        """The tokens of encoder and decoder, by the joints of both."""
+        return cls.with_latent(source, frames), cls.of(target, frames)
 
     @property
     def total(self) -> int:
@@ -120,14 +121,14 @@ def time_code(frames: int, design: Design, like: Tensor) -> Tensor:
     return design.time * code.to(like)
 
 
-def in_groups(tokens: Tensor, where: Tensor, made: Callable[[slice], Tensor]) -> Tensor:
-    """Tokens with tracks ``where`` replaced by what is ``made`` of a slice of them."""
+def in_groups(tokens: Tensor, where: Tensor, compute: Callable[[slice], Tensor]) -> Tensor:
+    """Tokens with tracks ``where`` replaced by what is ``compute`` of a slice of them."""
     if torch.is_grad_enabled():
-        return tokens.index_copy_(0, where, made(slice(0, len(where))).to(tokens.dtype))
+        return tokens.index_copy_(0, where, compute(slice(0, len(where))).to(tokens.dtype))
     step = max(1, TOGETHER // max(tokens.shape[1], 1))
     for start in range(0, len(where), step):
         group = slice(start, start + step)
-        tokens[where[group]] = made(group)
+        tokens[where[group]] = compute(group)
     return tokens
 
 

@@ -69,13 +69,13 @@ class Decoder(nn.Module):
             fed = dropped(codes.new_empty(frames, rows, self.channels), KEEP)
             drops = Drops(fed, dropped(codes, KEEP))
             bones, codes = bones * dropped(bones, KEEP), codes * dropped(codes, KEEP)
-        known = raised(codes @ after) + (raised(bones @ before) + self.lower.bias)
+        projected = raised(codes @ after) + (raised(bones @ before) + self.lower.bias)
         rollout = Rollout(self.lower.cell, bodies, drops, memory)
         if torch.is_grad_enabled():
-            with unrounded(known):
-                poses, raw = Rolled.apply(rollout, known, *self._weights)  # type: ignore[no-untyped-call]
+            with unrounded(projected):
+                poses, raw = Rolled.apply(rollout, projected, *self._weights)  # type: ignore[no-untyped-call]
         else:
-            poses, raw = rollout.answers(known, self._weights)
+            poses, raw = rollout.answers(projected, self._weights)
         return poses, raw, rollout.memory
 
     @property

@@ -25,37 +25,39 @@ class TfCell:
     Gates lie in the order reset, update, candidate.
     """
 
-    def step(self, known: Tensor, state: Tensor, weights: Tensor, bias: Tensor) -> tuple[Tensor, Saved]:
+    def step(self, projected: Tensor, state: Tensor, weights: Tensor, bias: Tensor) -> tuple[Tensor, Saved]:
         """The next state ``(rows, hidden)``, and what the gradient needs.
 
-        known:   ``(rows, 3 hidden)``: the input's products, its bias included.
-        weights: ``(hidden, 3 hidden)`` of the state. bias: ``(3 hidden)`` of the state, or empty.
+        projected: ``(rows, 3 hidden)``: the input's products, its bias included.
+        weights:   ``(hidden, 3 hidden)`` of the state. bias: ``(3 hidden)`` of the state, or empty.
         """
         size = state.shape[1]
-        gates = torch.addmm(known[:, : 2 * size], state, weights[:, : 2 * size]).sigmoid_()
+        gates = torch.addmm(projected[:, : 2 * size], state, weights[:, : 2 * size]).sigmoid_()
         reset, update = gates.chunk(2, 1)
         held = reset * state
-        candidate = torch.addmm(known[:, 2 * size :], held, weights[:, 2 * size :]).tanh_()
+        candidate = torch.addmm(projected[:, 2 * size :], held, weights[:, 2 * size :]).tanh_()
         return torch.lerp(candidate, state, update), (state, gates, held, candidate)
 
     def back(self, gradient: Tensor, saved: Saved, weights: Tensor) -> tuple[Tensor, Tensor]:
-        """Gradients in ``known`` and in the state before, from that in the state after."""
+        """Gradients in ``projected`` and in the state before, from that in the state after."""
         state, gates, _, candidate = saved
         size = state.shape[1]
         reset, update = gates.chunk(2, 1)
-        known = torch.empty_like(weights[:1].expand(len(state), -1))
-        to_reset, to_update, to_candidate = known.chunk(3, 1)
-        kept = gradient * update
-        torch.mul((gradient - kept), 1.0 - candidate * candidate, out=to_candidate)
+        to_projected = torch.empty_like(weights[:1].expand(len(state), -1))
+        to_reset, to_update, to_candidate = to_projected.chunk(3, 1)
+        carried = gradient * update
+        torch.mul((gradient - carried), 1.0 - candidate * candidate, out=to_candidate)
         to_held = to_candidate @ weights[:, 2 * size :].T
         torch.mul(gradient, state - candidate, out=to_update)
         torch.mul(to_held, state, out=to_reset)
-        known[:, : 2 * size] *= gates * (1.0 - gates)
-        before = torch.addmm(kept.addcmul_(to_held, reset), known[:, : 2 * size], weights[:, : 2 * size].T)
-        return known, before
+        to_projected[:, : 2 * size] *= gates * (1.0 - gates)
+        before = torch.addmm(
+            carried.addcmul_(to_held, reset), to_projected[:, : 2 * size], weights[:, : 2 * size].T
+        )
+        return to_projected, before
 
     def gather(self, saved: Sequence[Saved], gradients: Tensor, bias: Tensor) -> tuple[Tensor, Tensor]:
-        """Gradients in weights and bias of all steps together, from what ``back`` gave for ``known``,
+        """Gradients in weights and bias of all steps together, from what ``back`` gave for ``projected``,
         ``(frames, rows, 3 hidden)``."""
         size = gradients.shape[-1] // 3
         states, held = (torch.cat([each[k] for each in saved]) for k in (0, 2))
@@ -67,26 +69,26 @@ class TfCell:
 class TorchCell:
     """PyTorch's GRU: two biases per gate, reset applied to the product with the state."""
 
-    def step(self, known: Tensor, state: Tensor, weights: Tensor, bias: Tensor) -> tuple[Tensor, Saved]:
+    def step(self, projected: Tensor, state: Tensor, weights: Tensor, bias: Tensor) -> tuple[Tensor, Saved]:
         size = state.shape[1]
         own = torch.addmm(bias, state, weights)
-        gates = (known[:, : 2 * size] + own[:, : 2 * size]).sigmoid_()
+        gates = (projected[:, : 2 * size] + own[:, : 2 * size]).sigmoid_()
         reset, update = gates.chunk(2, 1)
-        candidate = torch.addcmul(known[:, 2 * size :], reset, own[:, 2 * size :]).tanh_()
+        candidate = torch.addcmul(projected[:, 2 * size :], reset, own[:, 2 * size :]).tanh_()
         return torch.lerp(candidate, state, update), (state, gates, own[:, 2 * size :], candidate)
 
     def back(self, gradient: Tensor, saved: Saved, weights: Tensor) -> tuple[Tensor, Tensor]:
         state, gates, own, candidate = saved
         size = state.shape[1]
         reset, update = gates.chunk(2, 1)
-        known = torch.empty_like(weights[:1].expand(len(state), -1))
-        to_reset, to_update, to_candidate = known.chunk(3, 1)
-        kept = gradient * update
-        torch.mul((gradient - kept), 1.0 - candidate * candidate, out=to_candidate)
+        to_projected = torch.empty_like(weights[:1].expand(len(state), -1))
+        to_reset, to_update, to_candidate = to_projected.chunk(3, 1)
+        carried = gradient * update
+        torch.mul((gradient - carried), 1.0 - candidate * candidate, out=to_candidate)
         torch.mul(gradient, state - candidate, out=to_update)
         torch.mul(to_candidate, own, out=to_reset)
-        known[:, : 2 * size] *= gates * (1.0 - gates)
-        return known, torch.addmm(kept, self._to_own(known, reset), weights.T)
+        to_projected[:, : 2 * size] *= gates * (1.0 - gates)
+        return to_projected, torch.addmm(carried, self._to_own(to_projected, reset), weights.T)
 
     def gather(self, saved: Sequence[Saved], gradients: Tensor, bias: Tensor) -> tuple[Tensor, Tensor]:
         size = gradients.shape[-1] // 3
@@ -94,10 +96,10 @@ class TorchCell:
         own = self._to_own(gradients.flatten(0, 1), gates[:, :size])
         return states.T @ own, own.sum(0)
 
-    def _to_own(self, known: Tensor, reset: Tensor) -> Tensor:
+    def _to_own(self, to_projected: Tensor, reset: Tensor) -> Tensor:
         """The gradient in the state's products: as in the input's, but for the reset of the last."""
         size = reset.shape[1]
-        return torch.cat([known[:, : 2 * size], known[:, 2 * size :] * reset], 1)
+        return torch.cat([to_projected[:, : 2 * size], to_projected[:, 2 * size :] * reset], 1)
 
 
 Cell = TfCell | TorchCell
@@ -131,19 +133,19 @@ class Layer(nn.Module):
     def hidden(self) -> int:
         return len(self.weights)
 
-    def known(self, inputs: Tensor) -> Tensor:
+    def projected(self, inputs: Tensor) -> Tensor:
         """``(..., 3 hidden)``: the products of inputs ``(..., inputs)``, for all steps at once."""
         return torch.addmm(self.bias, inputs.flatten(0, -2), self.kernel).view(*inputs.shape[:-1], -1)
 
     def forward(self, inputs: Tensor, start: Tensor) -> Tensor:
         """``(frames, rows, hidden)`` states from inputs ``(frames, rows, inputs)``."""
-        known = raised(self.known(inputs))
+        projected = raised(self.projected(inputs))
         if torch.is_grad_enabled():
-            with unrounded(known):
-                states: Tensor = _Unrolled.apply(known, start, self.weights, self.state_bias, self.cell)  # type: ignore[no-untyped-call]
+            with unrounded(projected):
+                states: Tensor = _Unrolled.apply(projected, start, self.weights, self.state_bias, self.cell)  # type: ignore[no-untyped-call]
             return states
         states = start.new_empty(len(inputs), *start.shape)
-        for frame, each in enumerate(known):
+        for frame, each in enumerate(projected):
             start, _ = self.cell.step(each, start, self.weights, self.state_bias)
             states[frame] = start
         return states
@@ -159,10 +161,10 @@ class _Unrolled(torch.autograd.Function):
 
     @staticmethod
     def forward(
-        ctx: Any, known: Tensor, start: Tensor, weights: Tensor, bias: Tensor, cell: Cell
+        ctx: Any, projected: Tensor, start: Tensor, weights: Tensor, bias: Tensor, cell: Cell
     ) -> Tensor:
-        ctx.cell, ctx.saved, states = cell, [], known.new_empty(len(known), *start.shape)
-        for frame, each in enumerate(known):
+        ctx.cell, ctx.saved, states = cell, [], projected.new_empty(len(projected), *start.shape)
+        for frame, each in enumerate(projected):
             start, saved = cell.step(each, start, weights, bias)
             states[frame] = start
             ctx.saved.append(saved)
@@ -173,18 +175,20 @@ class _Unrolled(torch.autograd.Function):
     @once_differentiable
     def backward(ctx: Any, gradients: Tensor) -> tuple[Tensor | None, ...]:
         weights, bias = ctx.saved_tensors
-        known = gradients.new_empty(*gradients.shape[:2], weights.shape[1])
+        to_projected = gradients.new_empty(*gradients.shape[:2], weights.shape[1])
         gradient = torch.zeros_like(gradients[0])
         for frame in reversed(range(len(gradients))):
-            known[frame], gradient = ctx.cell.back(gradient + gradients[frame], ctx.saved[frame], weights)
-        to_weights, to_bias = ctx.cell.gather(ctx.saved, known, bias)
+            to_projected[frame], gradient = ctx.cell.back(
+                gradient + gradients[frame], ctx.saved[frame], weights
+            )
+        to_weights, to_bias = ctx.cell.gather(ctx.saved, to_projected, bias)
         ctx.saved = None
-        return known, gradient, to_weights, to_bias, None
+        return to_projected, gradient, to_weights, to_bias, None
 
 
-def raised(known: Tensor) -> Tensor:
+def raised(values: Tensor) -> Tensor:
     """A tensor that autocast may have rounded, in single precision again."""
-    return known.float() if known.dtype in (torch.bfloat16, torch.float16) else known
+    return values.float() if values.dtype in (torch.bfloat16, torch.float16) else values
 
 
 def unrounded(like: Tensor) -> torch.autocast:

@@ -78,11 +78,11 @@ class Rollout:
     drops: Drops | None
     memory: Memory
 
-    def advance(self, frame: int, known: Tensor, weights: Weights, record: bool = False) -> Frame:
-        """One frame. known: ``(rows, 3 hidden)`` what bones and code give to the lower layer."""
+    def advance(self, frame: int, projected: Tensor, weights: Weights, record: bool = False) -> Frame:
+        """One frame. projected: ``(rows, 3 hidden)`` what bones and code give to the lower layer."""
         memory, drops = self.memory, self.drops
         fed = memory.pose * drops.fed[frame] if drops else memory.pose
-        gates = torch.addmm(known, fed, weights.fed)
+        gates = torch.addmm(projected, fed, weights.fed)
         lower, of_lower = self.cell.step(gates, memory.lower, weights.lower, weights.lower_bias)
         raised = lower * drops.upper[frame] if drops else lower
         gates = torch.addmm(weights.bias, raised, weights.kernel)
@@ -95,13 +95,13 @@ class Rollout:
         self.memory = Memory(lower, upper, pose.detach(), rise.detach())
         return Frame(fed, of_lower, raised, of_upper, upper, raw, before, pose, rise)
 
-    def answers(self, known: Tensor, weights: Weights) -> tuple[Tensor, Tensor]:
+    def answers(self, projected: Tensor, weights: Weights) -> tuple[Tensor, Tensor]:
         """Poses and raw outputs of all frames, nothing recorded."""
-        found = []
-        for number, each in enumerate(known):
+        outputs = []
+        for number, each in enumerate(projected):
             frame = self.advance(number, each, weights)
-            found.append((frame.pose, frame.raw))  # the rest would be gigabytes in the end
-        poses, raw = zip(*found, strict=True)
+            outputs.append((frame.pose, frame.raw))  # the rest would be gigabytes in the end
+        poses, raw = zip(*outputs, strict=True)
         return torch.stack(poses), torch.stack(raw)
 
     def back(self, frame: Frame, number: int, gradients: Gradients, weights: Weights) -> Gradients:
@@ -141,9 +141,9 @@ class Rolled(torch.autograd.Function):
     """
 
     @staticmethod
-    def forward(ctx: Any, rollout: Rollout, known: Tensor, *tensors: Tensor) -> tuple[Tensor, Tensor]:
+    def forward(ctx: Any, rollout: Rollout, projected: Tensor, *tensors: Tensor) -> tuple[Tensor, Tensor]:
         weights = Weights(*(each.detach() for each in tensors))
-        frames = [rollout.advance(number, each, weights, True) for number, each in enumerate(known)]
+        frames = [rollout.advance(number, each, weights, True) for number, each in enumerate(projected)]
         ctx.save_for_backward(*tensors)
         ctx.frames, ctx.rollout = frames, rollout
         return (

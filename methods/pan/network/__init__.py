@@ -167,11 +167,11 @@ class Encoder(nn.Module):
 
     def _first(self, motion: Tensor, mask: DropoutMask | None) -> tuple[Tensor, Tensor]:
         """Tokens and edges ``(rows * frames, of them, width)`` before the first convolution."""
-        found = []
+        attended = []
         for values in torch.split(self._chosen(motion), TOGETHER):
             edges = dropped(self._embedded(values), mask)
-            found.append(self._attended(None, edges, 0, self.early, mask))
-        return torch.cat([tokens for tokens, _ in found]), torch.cat([edges for _, edges in found])
+            attended.append(self._attended(None, edges, 0, self.early, mask))
+        return torch.cat([tokens for tokens, _ in attended]), torch.cat([edges for _, edges in attended])
 
     def _second(self, tokens: Tensor, edges: Tensor, mask: DropoutMask | None) -> Tensor:
         """Tokens behind the layers that follow the first convolution, which has halved the frames."""
@@ -211,11 +211,11 @@ class Encoder(nn.Module):
 
     def _channels(self) -> tuple[tuple[int, int], tuple[int, int]]:
         """Numbers of channels that the two convolutions read and write."""
-        width, whole = self.design.width, self.parts * self.design.width
+        width, total = self.design.width, self.parts * self.design.width
         if self.design.by_part:
-            return (whole, whole), (whole, whole)
-        inner = width if self.early < self.design.layers else whole
-        return (width, inner), (inner, whole)
+            return (total, total), (total, total)
+        inner = width if self.early < self.design.layers else total
+        return (width, inner), (inner, total)
 
     def _padded(self, hidden: Tensor) -> Tensor:
         kernel = self.design.kernel
@@ -326,9 +326,9 @@ class Discriminator(nn.Module):
             ]
         )
 
-    def forward(self, seen: Tensor) -> Tensor:
+    def forward(self, motion: Tensor) -> Tensor:
         """Scores ``(rows, frames - kernel + 1)`` from ``(rows, frames, channels)``."""
-        hidden = seen.transpose(1, 2)
+        hidden = motion.transpose(1, 2)
         for layer in self.layers[:-1]:
             hidden = functional.leaky_relu(layer(hidden), self.leak)
         scores: Tensor = self.layers[-1](hidden).squeeze(1)

@@ -34,11 +34,11 @@ class Attention(nn.Module):
         """
         queries, keys, values = self._projected(rows, len(hidden))
         if mask is None:
-            found = functional.scaled_dot_product_attention(queries, keys, values, hidden)
+            attended = functional.scaled_dot_product_attention(queries, keys, values, hidden)
         else:
-            found = dropped(_shares(queries, keys, hidden), mask) @ values
-        found = found.transpose(1, 2).flatten(2)
-        return found if self.block is None else self.block(rows[:, : len(hidden)], found, mask)
+            attended = dropped(_shares(queries, keys, hidden), mask) @ values
+        attended = attended.transpose(1, 2).flatten(2)
+        return attended if self.block is None else self.block(rows[:, : len(hidden)], attended, mask)
 
     @torch.no_grad()
     def weights(self, rows: Tensor, hidden: Tensor) -> Tensor:
@@ -73,10 +73,10 @@ class Block(nn.Module):
             [nn.Linear(width, design.feedforward), nn.Linear(design.feedforward, width)]
         )
 
-    def forward(self, rows: Tensor, found: Tensor, mask: DropoutMask | None) -> Tensor:
-        """rows: ``(frames, queries, width)`` before attention. found: behind it."""
+    def forward(self, rows: Tensor, attended: Tensor, mask: DropoutMask | None) -> Tensor:
+        """rows: ``(frames, queries, width)`` before attention. attended: behind it."""
         first, second = self.norms
-        rows = first(rows + dropped(self.out(found), mask))
+        rows = first(rows + dropped(self.out(attended), mask))
         fed = mlp(rows.flatten(0, 1), self.feed, "gelu", mask).view(rows.shape)
         return second(rows + dropped(fed, mask))
 

@@ -153,14 +153,14 @@ class DropoutMask:
         words = self.generator.integers(0, 2**64, -(-count // 8), dtype=np.uint64)
         return torch.from_numpy(words).view(torch.uint8)[:count].view(shape)
 
-    def kept(self, drawn: Tensor, like: Tensor) -> Tensor:
+    def factors(self, drawn: Tensor, like: Tensor) -> Tensor:
         """Factors of elements, 0 or a little more than 1."""
         return torch.ge(drawn, self.limit, out=torch.empty_like(like)).mul_(self.scale)
 
 
 def dropped(values: Tensor, mask: DropoutMask | None) -> Tensor:
     """Values behind dropout."""
-    return values if mask is None else values * mask.kept(mask.bytes(*values.shape), values)
+    return values if mask is None else values * mask.factors(mask.bytes(*values.shape), values)
 
 
 Activation = Literal["relu", "gelu"]
@@ -217,7 +217,7 @@ class _MLP(torch.autograd.Function):
             hidden = work.hidden(values[piece], keep=False)[-1].active
             if mask is not None:
                 ctx.drawn.append(mask.bytes(*hidden.shape))
-                hidden = hidden.mul_(mask.kept(ctx.drawn[-1], hidden))
+                hidden = hidden.mul_(mask.factors(ctx.drawn[-1], hidden))
             torch.addmm(bias, hidden, last, out=result[piece])
         ctx.save_for_backward(values, *weights)
         return result
@@ -226,30 +226,30 @@ class _MLP(torch.autograd.Function):
     @once_differentiable
     def backward(ctx: Any, output_gradient: Tensor) -> tuple[Tensor | None, ...]:
         values, *weights = ctx.saved_tensors
-        found = [torch.zeros_like(each) for each in weights]
+        gradients = [torch.zeros_like(each) for each in weights]
         to_values = torch.empty_like(values[:, :-1]) if ctx.needs_input_grad[0] else None
         work, drawn = _Workspace(weights[:-2], ctx.activation, values), iter(ctx.drawn)
         first, inward = _FirstGradient(work.first), weights[0].T.contiguous()
         for piece in work.pieces:
-            steps, given = work.hidden(values[piece], keep=True), output_gradient[piece]
-            kept = None if ctx.mask is None else ctx.mask.kept(next(drawn), steps[-1].active)
+            steps, gradient = work.hidden(values[piece], keep=True), output_gradient[piece]
+            kept = None if ctx.mask is None else ctx.mask.factors(next(drawn), steps[-1].active)
             for layer in reversed(range(1, len(weights) // 2)):
                 flat, active, spare = steps[layer - 1]
                 if kept is not None:
                     active.mul_(kept)
-                found[2 * layer].addmm_(given.T, active)
-                found[2 * layer + 1] += given.sum(0)
-                given = torch.mm(given, weights[2 * layer], out=spare)
+                gradients[2 * layer].addmm_(gradient.T, active)
+                gradients[2 * layer + 1] += gradient.sum(0)
+                gradient = torch.mm(gradient, weights[2 * layer], out=spare)
                 if kept is not None:
-                    given, kept = given.mul_(kept), None
-                work.undo(given, flat)
-            first.add(values[piece], given)
+                    gradient, kept = gradient.mul_(kept), None
+                work.undo(gradient, flat)
+            first.add(values[piece], gradient)
             if to_values is not None and first.narrow:
-                to_values[piece] = torch.mm(inward, given.T).T
+                to_values[piece] = torch.mm(inward, gradient.T).T
             elif to_values is not None:
-                torch.mm(given, weights[0], out=to_values[piece])
-        found[:2] = first.found()
-        return to_values, None, None, *found
+                torch.mm(gradient, weights[0], out=to_values[piece])
+        gradients[:2] = first.gradients()
+        return to_values, None, None, *gradients
 
 
 _mlp: Callable[..., Tensor] = _MLP.apply
@@ -276,13 +276,13 @@ class _FirstGradient:
         self.weights = like.new_zeros(inputs if self.narrow else inputs - 1, height)
         self.bias = like.new_zeros(height)
 
-    def add(self, values: Tensor, given: Tensor) -> None:
-        """values: ``(rows, inputs + 1)``, ones last. given: ``(rows, hidden)``, the gradient there."""
-        self.weights.addmm_(values[:, : len(self.weights)].T, given)
+    def add(self, values: Tensor, gradient: Tensor) -> None:
+        """values: ``(rows, inputs + 1)``, ones last. gradient: ``(rows, hidden)``, the gradient there."""
+        self.weights.addmm_(values[:, : len(self.weights)].T, gradient)
         if not self.narrow:
-            self.bias += given.sum(0)
+            self.bias += gradient.sum(0)
 
-    def found(self) -> list[Tensor]:
+    def gradients(self) -> list[Tensor]:
         if self.narrow:
             return [self.weights[:-1].T, self.weights[-1]]
         return [self.weights.T, self.bias]
@@ -322,9 +322,9 @@ class _Workspace:
             steps.append(Step(flat, active, spare))
         return steps
 
-    def undo(self, given: Tensor, flat: Tensor) -> None:
+    def undo(self, gradient: Tensor, flat: Tensor) -> None:
         """Replace the gradient behind an activation by the one before it."""
         if self.activation == "relu":
-            torch.ops.aten.threshold_backward.grad_input(given, flat, 0.0, grad_input=given)
+            torch.ops.aten.threshold_backward.grad_input(gradient, flat, 0.0, grad_input=gradient)
         else:
-            torch.ops.aten.gelu_backward.grad_input(given, flat, grad_input=given)
+            torch.ops.aten.gelu_backward.grad_input(gradient, flat, grad_input=gradient)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import fields
 
 from retarget_bench import defaults
+from retarget_bench.commands import echo
 from retarget_bench.commands.retargeting.job import Job
-from retarget_bench.commands.terminal import echo
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.editing.edits import Edits
 from retarget_bench.motion.findings import counted_frames
 from retarget_bench.motion.scans.importing import load_body, load_scan
 from retarget_bench.python import scans
+from retarget_bench.python.motions import ready
 from retarget_bench.python.progress import progress_bar
 
 _OF_MOTIONS = (*(each.name for each in fields(Edits)), "format", "preview", "report")
@@ -33,7 +34,7 @@ def retarget(job: Job) -> int:
                 f"{min(others)}"
             )
     scans.check_folder(job.out)
-    scans.ready(method)
+    ready(method)
     body = load_body(target.path, target.reading)
     with progress_bar("reading", "files", not options.quiet) as progress:
         scan = load_scan(source.path, source.reading, fps=fps, progress=progress)

@@ -1,15 +1,14 @@
-"""Where shards of a plan are carried out: by processes of this machine, on Ray or SLURM, or by hand.
+"""Engines that carry out shards of a plan: processes of this machine, Ray, SLURM, or a person.
 
-An engine is given the shards of a stored plan and tells of each when it has ended. What they answered
-lies in files (``evaluation/shards.py``), for all engines alike.
+An engine takes the shards of a stored plan and yields each when it has ended. Their answers
+lie in files (``evaluation/shards.py``), for all engines alike.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
-from typing import Protocol, Self
+from typing import Protocol
 
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.executors.by_hand import ByHand
 from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.executors.ray_tasks import RayTasks
 from retarget_bench.evaluation.executors.slurm_arrays import SlurmArrays
@@ -20,16 +19,22 @@ LOCAL = "local"
 
 
 class Engine(Protocol):
-    """What carries out shards. Raises BenchError where it cannot be reached or asks for what is not
-    there."""
+    """An engine for shards, made with the options in its brackets. Raises BenchError for wrong ones."""
 
-    def __enter__(self) -> Self: ...
-
-    def __exit__(self, *_: object) -> None: ...
-
-    def run(self, folder: Path, numbers: Sequence[int], /) -> Iterator[tuple[int, str]]:
+    def run(self, folder: Path, numbers: Sequence[int], /) -> Generator[tuple[int, str], None, None]:
         """Carry out shards of a stored plan; each as it ends, with "" or why it was not completed. What
-        still runs ends when the iterator is closed, or the ``with`` block."""
+        still runs ends when the iterator is closed. Raises BenchError where nothing can be reached."""
+
+
+class ByHand:
+    """Ends the run once its shards are stored; its repetition takes up what they answered."""
+
+    def run(self, folder: Path, numbers: Sequence[int]) -> Generator[tuple[int, str], None, None]:
+        """Raises BenchError that says what to do."""
+        raise BenchError(
+            f"the shards 0 to {numbers[-1]} are to be carried out: bench work {folder} SHARD. Then run "
+            "again to take up what they answered"
+        )
 
 
 ENGINES: dict[str, Callable[..., Engine]] = {"ray": RayTasks, "slurm": SlurmArrays, "hand": ByHand}

@@ -2,11 +2,12 @@
 
 import os
 import select
+import socket
 import subprocess
 import sys
 import time
 from collections import Counter, deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,7 +27,7 @@ LARGE_PAGES = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
 all that it needs anew, and small pages cost it a tenth of its time."""
 SILENCE = 30.0
 """Seconds without a sign of life after which a process is taken for dead."""
-LOOK = 1.0
+POLL = 1.0
 ENDED = "the process that scores ended twice at this ({})"
 LOADED = "the data set ended the process that loads this case, twice ({})"
 SCORED = "ended the process that scores, twice ({})"
@@ -61,27 +62,28 @@ class Local:
         self._open.close()
 
     def run(
-        self, folder: Path, numbers: Sequence[int], kind: str = "shard", jobs: int = 0
-    ) -> Iterator[tuple[int, str]]:
+        self, folder: Path, numbers: Sequence[int], kind: str = "shard"
+    ) -> Generator[tuple[int, str], None, None]:
         """Carry out shards of a stored plan; each as it ends, with "" or why it was not completed.
 
-        kind: ``shard``, or ``sets`` or ``time`` with numbers of units. jobs: at most so many at once.
+        kind: ``shard``, or ``sets`` or ``time`` with numbers of units; times are taken one after the other.
         Raises BenchError where the run must end.
         """
         waiting, lost = deque(_Work(kind, number) for number in numbers), deque[_Work]()
-        self._ready(min(jobs or self.jobs, len(waiting)))
-        crew = self._processes[: jobs or self.jobs]
+        jobs = 1 if kind == "time" else self.jobs
+        self._ready(min(jobs, len(waiting)))
+        processes = self._processes[:jobs]
         try:
-            while waiting or lost or any(each.work for each in crew):
-                for each in crew:
+            while waiting or lost or any(each.work for each in processes):
+                for each in processes:
                     if each.work is None and waiting:
-                        each.give(folder, waiting.popleft(), self._out)
-                if lost and not waiting and not any(each.work for each in crew):
-                    crew[0].give(folder, lost.popleft(), self._out)
-                for each in _spoken([each for each in crew if each.work]):
-                    for said in each.said():
-                        if "done" in said:
-                            yield each.finished().number, _problem(said)
+                        each.give(folder, waiting.popleft(), self._given_up)
+                if lost and not waiting and not any(each.work for each in processes):
+                    processes[0].give(folder, lost.popleft(), self._given_up)
+                for each in _with_messages([each for each in processes if each.work]):
+                    for message in each.messages():
+                        if "done" in message:
+                            yield each.finished().number, _problem(message)
                     if each.how:
                         work = each.finished()
                         self._ended += [work] * (not work.again)
@@ -90,18 +92,27 @@ class Local:
                         else:
                             lost.append(work)
         finally:
-            for each in [each for each in crew if each.work]:
+            for each in [each for each in processes if each.work]:
                 each.end()
                 self._processes.remove(each)
 
+    def problems(self, folder: Path, numbers: Sequence[int]) -> dict[int, str]:
+        """Carry out shards; of each why it was not completed, with the name of this machine, or ""."""
+        problems: dict[int, str] = {}
+        try:
+            problems.update(self.run(folder, numbers))
+        except BenchError as error:
+            problems = {number: problems.get(number, str(error)) for number in numbers}
+        return {number: why and f"{why} ({socket.gethostname()})" for number, why in problems.items()}
+
     @property
-    def _out(self) -> list[list[Any]]:
-        """The metrics that are asked no more, as ``_Work.without``."""
+    def _given_up(self) -> list[list[Any]]:
+        """Metrics that are asked no more, as ``_Work.without``."""
         blamed = Counter(metric for work in self._ended for _, _, metric, _ in work.without)
         return [[None, None, metric, OFTEN] for metric, times in blamed.items() if times >= PATIENCE]
 
     def _ready(self, count: int) -> None:
-        """Have so many processes."""
+        """Start processes until there are so many."""
         if self._scratch is None:
             self._scratch = self._open.enter_context(scratch_folder())
         while len(self._processes) < count:
@@ -110,7 +121,7 @@ class Local:
 
 @dataclass
 class _Work:
-    """Something that a process is to do, and how that went so far.
+    """A piece of work of a process, and how it went so far.
 
     without: unit, case and metric of what is to be left out, and why. at: what the process is at; before:
     what earlier ones were at when they ended.
@@ -124,22 +135,22 @@ class _Work:
     again: bool = False
 
     def ended(self, folder: Path, how: str) -> str:
-        """Take notice that a process ended at this; why it cannot be completed, or ""."""
+        """Record that a process ended at this; why it cannot be completed, or ""."""
         first, self.again = not self.again, True
-        units, cases, asked = self.at or ([], [], "")
-        metric = asked not in ("", LOADING, SCORING)
+        units, cases, call = self.at or ([], [], "")
+        metric = call not in ("", LOADING, SCORING)
         if not (metric or (cases and self.kind == "shard")):
             return "" if first else f"its process ended twice ({how})"
         twice = self.at in self.before or (metric and [units, cases, SCORING] in self.before)
-        self.before.append([units, cases, asked])
+        self.before.append([units, cases, call])
         if twice and metric:
-            left_out = [[unit, case, asked] for unit in units for case in cases or [""]]
-            self.without += [[*each, SCORED.format(how)] for each in left_out]
+            left_given_up = [[unit, case, call] for unit in units for case in cases or [""]]
+            self.without += [[*each, SCORED.format(how)] for each in left_given_up]
         elif twice:
-            part, why = StoredPlan(folder).writer(self.number), LOADED if asked == LOADING else ENDED
+            write, why = StoredPlan(folder).writer(self.number), LOADED if call == LOADING else ENDED
             for unit in units:
                 for case in cases:
-                    part.write(unit, CaseResult(case, "failed", why.format(how)))
+                    write(unit, CaseResult(case, "failed", why.format(how)))
         return ""
 
 
@@ -173,29 +184,29 @@ class _Process:
         self._heard, self.how = time.monotonic(), ""
 
     def give(self, folder: Path, work: _Work, out: Sequence[list[Any]]) -> None:
-        """Have work of a stored plan done. out: the metrics that are asked no more."""
+        """Start work of a stored plan. out: the metrics that are asked no more."""
         if self.how or self._process.poll() is not None:
             self._close()
             self._start()
         self.work, work.at = work, None
         self._heard = time.monotonic()
-        asked = {"folder": str(folder), "kind": work.kind, "number": work.number, "again": work.again}
-        asked["without"] = [*work.without, *out]
-        with suppress(Closed):  # said() will see that it ended
-            self.channel.send(asked)
+        request = {"folder": str(folder), "kind": work.kind, "number": work.number, "again": work.again}
+        request["without"] = [*work.without, *out]
+        with suppress(Closed):  # messages() will see that it ended
+            self.channel.send(request)
 
     @property
     def silent(self) -> bool:
         return time.monotonic() - self._heard > SILENCE
 
-    def said(self) -> Iterator[dict[str, Any]]:
-        """What it has to say; ``how`` tells where it has ended."""
+    def messages(self) -> Iterator[dict[str, Any]]:
+        """The lines that it wrote; ``how`` is set where it has ended."""
         try:
-            while self.work is not None and (said := self.channel.receive(0.0)) is not None:
+            while self.work is not None and (message := self.channel.receive(0.0)) is not None:
                 self._heard = time.monotonic()
-                if "at" in said:
-                    self.work.at = said["at"]
-                yield said
+                if "at" in message:
+                    self.work.at = message["at"]
+                yield message
             if not self.silent:
                 return
             self._process.kill()
@@ -206,7 +217,7 @@ class _Process:
             self.how = ending(self._process.wait())
 
     def finished(self) -> _Work:
-        """What it was doing, which it is no longer."""
+        """Take its work from it, and return it."""
         assert self.work is not None
         work, self.work = self.work, None
         return work
@@ -225,14 +236,14 @@ class _Process:
                 pipe.close()
 
 
-def _spoken(processes: Sequence[_Process]) -> list[_Process]:
-    """Those that have something to say, or have said nothing for too long."""
-    found = select.select([each.channel.reading for each in processes], [], [], LOOK)[0]
-    return [each for each in processes if each.channel.reading in found or each.silent]
+def _with_messages(processes: Sequence[_Process]) -> list[_Process]:
+    """Those that have written something, or nothing for too long."""
+    readable = select.select([each.channel.reading for each in processes], [], [], POLL)[0]
+    return [each for each in processes if each.channel.reading in readable or each.silent]
 
 
-def _problem(said: dict[str, Any]) -> str:
+def _problem(message: dict[str, Any]) -> str:
     """Why work was not completed, or "". Raises BenchError where the run must end."""
-    if said["stop"]:
-        raise BenchError(f"stopped: {said['done']}. What was finished is kept; run again to continue")
-    return str(said["done"])
+    if message["stop"]:
+        raise BenchError(f"stopped: {message['done']}. What was finished is kept; run again to continue")
+    return str(message["done"])

@@ -4,10 +4,11 @@ import atexit
 import os
 import re
 import socket
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.executors.local import Local
@@ -29,50 +30,51 @@ class RayTasks:
         self._options: dict[str, Any] = {"num_cpus": 1, "num_gpus": gpus, "max_retries": retries}
         if memory:
             self._options["memory"] = int(memory * 2**30)
-        self._mine = False
 
-    def __enter__(self) -> Self:
+    def run(self, folder: Path, numbers: Sequence[int]) -> Generator[tuple[int, str], None, None]:
         import ray
 
-        if not ray.is_initialized():
-            where = self._address or os.environ.get("RAY_ADDRESS", "")
-            quiet = {"include_dashboard": False, "log_to_driver": False, "logging_level": "ERROR"}
-            try:
-                _look_for(where)
-                ray.init(where or None, **quiet)
-            except (OSError, ValueError, RuntimeError, ray.exceptions.RayError) as error:
-                raise BenchError(f"Ray cannot be used ({where or 'here'}): {_first_line(error)}") from error
-            self._mine = True
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        import ray
-
-        if self._mine:
-            ray.shutdown()
-
-    def run(self, folder: Path, numbers: Sequence[int]) -> Iterator[tuple[int, str]]:
-        import ray
-
-        known = {name: text for name, text in os.environ.items() if name.startswith("RETARGET_BENCH_")}
-        known.pop(MARK, None)
+        variables = {name: text for name, text in os.environ.items() if name.startswith("RETARGET_BENCH_")}
+        variables.pop(MARK, None)
         if "PYTHONPATH" in os.environ:
-            known["PYTHONPATH"] = os.environ["PYTHONPATH"]
-        task = ray.remote(carry_out).options(runtime_env={"env_vars": known}, **self._options)
-        shards = {task.remote(str(folder), number): number for number in numbers}
-        try:
-            while shards:
-                for each in ray.wait(list(shards))[0]:
-                    yield shards.pop(each), _outcome(each)
-        finally:
-            for each in shards:
-                ray.cancel(each, force=True)
+            variables["PYTHONPATH"] = os.environ["PYTHONPATH"]
+        task = ray.remote(carry_out).options(runtime_env={"env_vars": variables}, **self._options)
+        with _initialised(self._address):
+            shards = {task.remote(str(folder), number): number for number in numbers}
+            try:
+                while shards:
+                    for each in ray.wait(list(shards))[0]:
+                        yield shards.pop(each), _outcome(each)
+            finally:
+                for each in shards:
+                    ray.cancel(each, force=True)
 
 
-def _look_for(address: str) -> None:
+@contextmanager
+def _initialised(address: str) -> Iterator[None]:
+    """A Ray to submit tasks to; one that was started or joined for it is left again. Raises BenchError."""
+    import ray
+
+    if ray.is_initialized():
+        yield
+        return
+    where = address or os.environ.get("RAY_ADDRESS", "")
+    quiet = {"include_dashboard": False, "log_to_driver": False, "logging_level": "ERROR"}
+    try:
+        _check_address(where)
+        ray.init(where or None, **quiet)
+    except (OSError, ValueError, RuntimeError, ray.exceptions.RayError) as error:
+        raise BenchError(f"Ray cannot be used ({where or 'here'}): {_first_line(error)}") from error
+    try:
+        yield
+    finally:
+        ray.shutdown()
+
+
+def _check_address(address: str) -> None:
     """Raises OSError where nobody answers at ``HOST:PORT``, which Ray itself finds out after minutes."""
-    if found := re.fullmatch(r"(?:ray://)?([^/:]+):(\d+)", address):
-        socket.create_connection((found[1], int(found[2])), timeout=10).close()
+    if match := re.fullmatch(r"(?:ray://)?([^/:]+):(\d+)", address):
+        socket.create_connection((match[1], int(match[2])), timeout=10).close()
 
 
 def _outcome(task: Any) -> str:
@@ -91,20 +93,15 @@ def _first_line(error: BaseException) -> str:
 
 
 # ------------------------------------------------------------------------------------ in the worker of Ray
-_KEPT: dict[str, Local] = {}
+_LOCALS: dict[str, Local] = {}
 """Folder -> the process of this worker, which serves all shards of that stored plan that it is given."""
 
 
 def carry_out(folder: str, shard: int) -> str:
     """Carry out a shard; why it ended before it was complete, or ""."""
-    if folder not in _KEPT:
-        for each in list(_KEPT):  # of another run, with code and workers of its own
-            _KEPT.pop(each).__exit__()
-        _KEPT[folder] = Local(1, check=True)
-        atexit.register(_KEPT[folder].__exit__)
-    try:
-        for _, problem in _KEPT[folder].run(Path(folder), [shard]):
-            return f"{problem} ({socket.gethostname()})" if problem else ""
-    except BenchError as error:
-        return f"{error} ({socket.gethostname()})"
-    return ""
+    if folder not in _LOCALS:
+        for each in list(_LOCALS):  # of another run, with code and workers of its own
+            _LOCALS.pop(each).__exit__()
+        _LOCALS[folder] = Local(1, check=True)
+        atexit.register(_LOCALS[folder].__exit__)
+    return _LOCALS[folder].problems(Path(folder), [shard])[shard]

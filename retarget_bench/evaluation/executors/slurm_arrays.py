@@ -2,14 +2,13 @@
 
 import re
 import shutil
-import socket
 import subprocess
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.executors.local import Local
@@ -17,8 +16,8 @@ from retarget_bench.plugins.spec import Scalar
 
 MINUTES = 60
 """Time limit of a job that has none of its own: many times what its shards should take."""
-LOOK = 0.5
-"""Seconds between two looks at which jobs have ended."""
+POLL = 0.5
+"""Seconds between two polls of which jobs have ended."""
 USUAL_ARRAY = 1000
 """Jobs of an array where the site does not say how many it allows: one less than SLURM's default."""
 
@@ -52,13 +51,7 @@ class SlurmArrays:
         self._each, self._cpus, self._array, self._cluster = shards, cpus, array, cluster
         self._sbatch = {"time": MINUTES, "job_name": "retarget-bench", **sbatch}
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def run(self, folder: Path, numbers: Sequence[int]) -> Iterator[tuple[int, str]]:
+    def run(self, folder: Path, numbers: Sequence[int]) -> Generator[tuple[int, str], None, None]:
         jobs: list[tuple[Any, Sequence[int]]] = []
         try:
             jobs += self._submitted(folder, numbers)
@@ -67,7 +60,7 @@ class SlurmArrays:
                     jobs.remove(each)
                     job, shards = each
                     yield from (_outcome(job) or dict.fromkeys(shards, _why(job))).items()
-                time.sleep(LOOK if jobs else 0.0)
+                time.sleep(POLL if jobs else 0.0)
         finally:
             for job, _shards in jobs:
                 with suppress(OSError, subprocess.SubprocessError):
@@ -84,8 +77,8 @@ class SlurmArrays:
                 jobs = executor.map_array(Carrying(self._cpus), [str(folder)] * len(some), some)
                 yield from zip(jobs, some, strict=True)
         except Exception as error:  # submitit's errors have no class in common
-            told = " ".join(str(error).split())[:500]
-            raise BenchError(f"the jobs could not be submitted to SLURM: {told}") from error
+            message = " ".join(str(error).split())[:500]
+            raise BenchError(f"the jobs could not be submitted to SLURM: {message}") from error
 
     def _executor(self, folder: Path) -> Any:
         import submitit
@@ -100,7 +93,7 @@ class SlurmArrays:
 
 
 def _outcome(job: Any) -> dict[int, str] | None:
-    """What a job says of its shards; None where it did not live to tell."""
+    """The result of a job by shard; None where it ended without one."""
     try:
         return dict(job.result())
     except Exception:  # submitit's own classes, one of which holds the text of any error of the job
@@ -115,29 +108,22 @@ def array_limit() -> int:
     """The most jobs of an array that the site allows."""
     with suppress(OSError, subprocess.SubprocessError):
         command = ["scontrol", "show", "config"]
-        said = subprocess.run(command, capture_output=True, text=True, timeout=30, check=True).stdout
-        if found := re.search(r"^MaxArraySize\s*=\s*(\d+)", said, re.MULTILINE):
-            return max(1, int(found[1]) - 1)
+        output = subprocess.run(command, capture_output=True, text=True, timeout=30, check=True).stdout
+        if match := re.search(r"^MaxArraySize\s*=\s*(\d+)", output, re.MULTILINE):
+            return max(1, int(match[1]) - 1)
     return USUAL_ARRAY
 
 
 class Carrying:
-    """What a job does; where it is preempted or out of time, submitit submits it again."""
+    """The function of a job; where it is preempted or out of time, submitit submits it again."""
 
     def __init__(self, cpus: int) -> None:
         self.cpus = cpus
 
     def __call__(self, folder: str, shards: Sequence[int]) -> dict[int, str]:
         """Shard -> why it ended before it was complete, or ""."""
-        found: dict[int, str] = {}
-        try:
-            with Local(self.cpus, check=True) as local:
-                for shard, problem in local.run(Path(folder), shards):
-                    found[shard] = f"{problem} ({socket.gethostname()})" if problem else ""
-        except BenchError as error:
-            told = f"{error} ({socket.gethostname()})"
-            return {shard: found.get(shard, told) for shard in shards}
-        return found
+        with Local(self.cpus, check=True) as local:
+            return local.problems(Path(folder), shards)
 
     def checkpoint(self, folder: str, shards: Sequence[int]) -> Any:
         from submitit.helpers import DelayedSubmission

@@ -17,9 +17,7 @@ from contextlib import suppress
 from itertools import count
 from pathlib import Path
 
-import psutil
-
-from retarget_bench.evaluation.prediction.launch import end_group, end_with_parent, ending
+from retarget_bench.evaluation.prediction.launch import children, end_group, end_with_parent, ending
 from retarget_bench.evaluation.prediction.limits import FOLDER
 
 FAREWELL = 0.5
@@ -35,16 +33,16 @@ def possible() -> bool:
     return torch is None or not torch.cuda.is_initialized()
 
 
-def carried_out(work: Callable[[], None], folder: Path, asking: int) -> str:
+def run_in_child(work: Callable[[], None], folder: Path, asking: int) -> str:
     """Do some work in a child in a folder of its own, and end it with all that it started and wrote.
 
     How it ended, in words; "" where it did the work. asking: a descriptor that hangs up when nobody
     waits for the work any more, at which this process ends, too.
     """
-    place, mine = folder / str(next(_NUMBERS)), os.getpid()
+    place, process = folder / str(next(_NUMBERS)), os.getpid()
     pid = os.fork()
     if not pid:
-        _child(work, place, mine)
+        _child(work, place, process)
     code = _end_of(pid, asking)
     end_family(pid)
     if place.exists():
@@ -54,7 +52,7 @@ def carried_out(work: Callable[[], None], folder: Path, asking: int) -> str:
 
 def _child(work: Callable[[], None], place: Path, parent: int) -> None:
     """The child's part; never returns."""
-    code, mine = 1, os.getpid()
+    code, process = 1, os.getpid()
     try:
         end_with_parent(parent)
         os.setsid()  # whoever ends this process ends what it started
@@ -68,7 +66,7 @@ def _child(work: Callable[[], None], place: Path, parent: int) -> None:
         with suppress(Exception):
             sys.stdout.flush()
             sys.stderr.flush()
-        os._exit(code if os.getpid() == mine else 0)
+        os._exit(code if os.getpid() == process else 0)
 
 
 def _end_of(pid: int, asking: int) -> int:
@@ -92,29 +90,26 @@ def end_family(pid: int) -> None:
     The process by which Python's multiprocessing removes shared memory that was left may do so first.
     """
     until = time.monotonic() + FAREWELL
-    while left := children():
-        if late := time.monotonic() > until:
+    while left := _own_children():
+        if overdue := time.monotonic() > until:
             end_group(pid)
         for each in left:
-            if late or not _tidies(each):
+            if overdue or not _tidies(each):
                 with suppress(OSError):
                     os.kill(each, signal.SIGKILL)
         with suppress(ChildProcessError):
             while os.waitpid(-1, os.WNOHANG)[0]:
                 pass
-        if children():
+        if _own_children():
             time.sleep(0.005)
 
 
-def children() -> list[int]:
-    """The living and dead children of this process, which is told of those of children that have ended."""
-    try:
-        found = [
-            int(each) for each in Path("/proc/self/task", str(os.getpid()), "children").read_text().split()
-        ]
-    except OSError:
-        found = [each.pid for each in psutil.Process().children()]
-    return found
+def _own_children() -> list[int]:
+    """The living and dead children of this process; to go through all processes would take long."""
+    pid = os.getpid()
+    with suppress(OSError):
+        return list(map(int, Path(f"/proc/self/task/{pid}/children").read_text().split()))
+    return children(pid)
 
 
 def _tidies(pid: int) -> bool:

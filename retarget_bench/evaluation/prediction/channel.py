@@ -18,7 +18,7 @@ class Closed(BenchError):
 
 
 class Nonsense(Closed):
-    """The other process says what is no line of JSON."""
+    """The other process wrote something that is no line of JSON."""
 
 
 class Channel:
@@ -55,12 +55,12 @@ class Channel:
         line = bytes(self._waiting[:end])
         del self._waiting[: end + 1]
         try:
-            said = json.loads(line)
+            message = json.loads(line)
         except (ValueError, RecursionError):
-            said = None
-        if not isinstance(said, dict):
+            message = None
+        if not isinstance(message, dict):
             raise Nonsense(f"it says {line[:80]!r} where an answer is due")
-        return said
+        return message
 
     def _read(self) -> bytes:
         try:

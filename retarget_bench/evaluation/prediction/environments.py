@@ -1,4 +1,4 @@
-"""Other Python environments: the commands that start workers there, and what these tell of themselves."""
+"""Other Python environments: the commands that start workers there, and the facts that these report."""
 
 import hashlib
 import os
@@ -22,14 +22,14 @@ FACTS = ("name", "lock", "python", "platform", "packages")
 
 
 class NoWorker(BenchError):
-    """No worker answers to a command."""
+    """A command that starts no worker."""
 
 
 def in_full(environment: str) -> str:
     """An environment with the paths of its files in full, for processes that work in other folders."""
-    given = str(Path(environment).expanduser()) if environment.startswith("~") else environment
+    expanded = str(Path(environment).expanduser()) if environment.startswith("~") else environment
     try:
-        words = [given] if Path(given).is_file() else shlex.split(given)
+        words = [expanded] if Path(expanded).is_file() else shlex.split(expanded)
     except ValueError as error:
         raise BenchError(f"{environment!r} is no command ({error})") from None
     return shlex.join(str(Path(word).absolute()) if Path(word).is_file() else word for word in words)
@@ -38,7 +38,7 @@ def in_full(environment: str) -> str:
 def start(
     environment: str, log: Path, mark: str, prefix: Sequence[str] = ()
 ) -> tuple[launch.Spawned, Mapping[str, Any]]:
-    """A worker that waits to be told its method, and the facts of where it runs.
+    """Start a worker that waits for its method; the worker, and the facts of its environment.
 
     environment: of ``in_full``. A Python is started with this package; a command that names a ``.py`` file
     is a worker of its own (``numpy_worker.py``). log: takes what it prints. mark: of ``launch.new_mark``.
@@ -52,9 +52,9 @@ def start(
     except OSError as error:
         raise NoWorker(f"no worker can be started by {words[0]} ({error.strerror})") from error
     try:
-        said = started.channel.receive(STARTING)
-        why = f"nothing was said within {STARTING:g} s" if said is None else ""
-        facts = said and said.get("environment")
+        message = started.channel.receive(STARTING)
+        why = f"nothing was said within {STARTING:g} s" if message is None else ""
+        facts = message and message.get("environment")
     except Closed as error:
         facts, why = None, str(error)
     except BaseException:  # Ctrl-C
@@ -69,31 +69,31 @@ def start(
 
 
 def _sound(facts: Mapping[str, Any]) -> bool:
-    """True if a worker tells its environment as it should."""
+    """True for facts of an environment that are complete and of the right types."""
     texts = [facts.get(name) for name in FACTS if name != "packages"]
     packages = facts.get("packages")
-    named = isinstance(packages, dict) and all(isinstance(each, str) for each in packages.values())
-    return named and all(isinstance(each, str) and each.strip() for each in texts)
+    sound = isinstance(packages, dict) and all(isinstance(each, str) for each in packages.values())
+    return sound and all(isinstance(each, str) and each.strip() for each in texts)
 
 
 @cache
 def facts(environment: str) -> Mapping[str, Any]:
     """Name, lock hash, interpreter, platform and packages of an environment. Raises NoWorker."""
     with TemporaryDirectory(prefix="retarget-bench-", ignore_cleanup_errors=True) as folder:
-        started, found = start(environment, Path(folder) / "printed.txt", launch.new_mark())
+        started, facts = start(environment, Path(folder) / "printed.txt", launch.new_mark())
         launch.end(started)
-    return found
+    return facts
 
 
 def label(environment: str) -> str:
-    """What results call an environment, the same wherever it lies: ``python3.10-3f2a91c0``."""
-    found = facts(environment)
-    version = ".".join(str(found["python"]).split()[-1].split(".")[:2])
-    return f"python{version}-{found['lock'][:8]}"
+    """The name of an environment in results, the same wherever it lies: ``python3.10-3f2a91c0``."""
+    report = facts(environment)
+    version = ".".join(str(report["python"]).split()[-1].split(".")[:2])
+    return f"python{version}-{report['lock'][:8]}"
 
 
 def key_facts(environment: str) -> dict[str, str]:
-    """What predictions depend on: the lock, and the text of a worker's own files."""
+    """Facts that predictions depend on: the lock, and the text of a worker's own files."""
     own = [word for word in shlex.split(environment) if word.endswith(".py")]
     return {"lock": str(facts(environment)["lock"]), "files": files_hash(own)}
 

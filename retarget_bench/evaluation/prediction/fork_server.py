@@ -15,7 +15,7 @@ from typing import Any
 
 import psutil
 
-from retarget_bench.evaluation.prediction import starting
+from retarget_bench.evaluation.prediction import answering
 from retarget_bench.evaluation.prediction.launch import adopt_orphans, end_group, end_with_parent, ending
 
 
@@ -29,8 +29,8 @@ def main(descriptor: int, preload: Sequence[str]) -> None:
     gc.freeze()  # the memory of what is imported stays shared
     workers: dict[int, str] = {}
     with socket.socket(fileno=descriptor) as asking:
-        while (asked := _received(asking)) is not None:
-            request, descriptors = asked
+        while (received := _received(asking)) is not None:
+            request, descriptors = received
             _reap(workers)
             if "start" in request:
                 pid = _forked(asking, request["start"], descriptors)
@@ -57,24 +57,24 @@ def _received(asking: socket.socket) -> tuple[dict[str, Any], list[int]] | None:
     text, descriptors = b"", list[int]()
     while not text.endswith(b"\n"):
         try:
-            piece, found, _, _ = socket.recv_fds(asking, 2**16, 2)
+            piece, attached, _, _ = socket.recv_fds(asking, 2**16, 2)
         except OSError:
             return None
         if not piece:
             return None
         text += piece
-        descriptors += found
+        descriptors += attached
     return json.loads(text), descriptors
 
 
 def _forked(asking: socket.socket, start: Mapping[str, Any], descriptors: list[int]) -> int:
-    mine = os.getpid()
+    server = os.getpid()
     pid = os.fork()
     if not pid:
         try:
-            end_with_parent(mine)
+            end_with_parent(server)
             asking.close()
-            starting.begin(start, *descriptors)
+            answering.begin(start, *descriptors)
         finally:
             os._exit(1)  # never back into the loop of the server
     for each in descriptors:
@@ -83,10 +83,9 @@ def _forked(asking: socket.socket, start: Mapping[str, Any], descriptors: list[i
 
 
 def _reap(workers: dict[int, str]) -> None:
-    """Take notice of all that have ended, those left behind by workers included; ``workers``: how each
-    ended."""
+    """Reap processes that have ended, those left behind by workers included. workers: how each ended."""
     with suppress(ChildProcessError):
-        while (found := os.waitpid(-1, os.WNOHANG))[0]:
-            pid, status = found
+        while (dead := os.waitpid(-1, os.WNOHANG))[0]:
+            pid, status = dead
             if pid in workers:
                 workers[pid] = ending(os.waitstatus_to_exitcode(status))

@@ -3,12 +3,10 @@
 import ctypes
 import json
 import os
-import select
 import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import count
@@ -17,7 +15,7 @@ from typing import Any, Protocol
 
 import psutil
 
-from retarget_bench.evaluation.prediction.channel import Channel
+from retarget_bench.evaluation.prediction.channel import Channel, Closed
 
 MARK = "RETARGET_BENCH_WORKER"
 """Environment variable by which workers and what they start are known as long as they live: the scoring
@@ -26,7 +24,7 @@ IMPORTING, ANSWERING, ENDING = 120.0, 10.0, 5.0
 """Seconds in which the fork server has imported what workers begin with, in which it answers from then on,
 and in which it ends."""
 PRELOAD = (
-    "retarget_bench.evaluation.prediction.starting",
+    "retarget_bench.evaluation.prediction.answering",
     "retarget_bench.motion.planting",
     "retarget_bench.motion.transfer",
     "importlib.metadata",
@@ -58,21 +56,22 @@ class ForkServer:
     """
 
     def __init__(self, preload: Sequence[str], mark: str) -> None:
-        mine, theirs = socket.socketpair()
+        here, there = socket.socketpair()
         code = (
             f"import sys; sys.path[:] = {sys.path!r}\n"
             "from retarget_bench.evaluation.prediction.fork_server import main\n"
-            f"main({theirs.fileno()}, {list(preload)!r})"
+            f"main({there.fileno()}, {list(preload)!r})"
         )
-        self._socket, self._patience = mine, IMPORTING
+        self._socket, self._patience = here, IMPORTING
+        self._channel = Channel(here.fileno(), here.fileno())
         self._process = subprocess.Popen(
             [sys.executable, "-c", code],
             stdin=subprocess.DEVNULL,
-            pass_fds=[theirs.fileno()],
+            pass_fds=[there.fileno()],
             start_new_session=True,
             env=os.environ | {MARK: mark},
         )
-        theirs.close()
+        there.close()
 
     @property
     def pid(self) -> int:
@@ -84,31 +83,27 @@ class ForkServer:
 
     def start(self, start: Mapping[str, Any]) -> "Forked":
         """A worker. Raises OSError where the server is gone or does not answer; it is ended then."""
-        ours, theirs = socket.socketpair()
-        with theirs:
-            pid = self.ask({"start": start}, [theirs.fileno(), theirs.fileno()])["pid"]
-        descriptor = ours.detach()
+        here, there = socket.socketpair()
+        with there:
+            pid = self.ask({"start": start}, [there.fileno(), there.fileno()])["pid"]
+        descriptor = here.detach()
         return Forked(self, pid, Channel(descriptor, descriptor))
 
     def ask(self, request: Mapping[str, Any], descriptors: Sequence[int] = ()) -> dict[str, Any]:
-        until, text = time.monotonic() + self._patience, b""
+        """Raises OSError where the server is gone or does not answer; it is ended then."""
         try:
             socket.send_fds(self._socket, [json.dumps(request).encode() + b"\n"], descriptors)
-            while not text.endswith(b"\n"):
-                left = max(0.0, until - time.monotonic())
-                if not select.select([self._socket], [], [], left)[0]:
-                    raise OSError("the process that workers are forked from does not answer")
-                piece = self._socket.recv(2**16)
-                if not piece:
-                    raise OSError("the process that workers are forked from is gone")
-                text += piece
-            self._patience = ANSWERING
-            return dict(json.loads(text))
-        except (OSError, ValueError):
+            if (reply := self._channel.receive(self._patience)) is None:
+                raise OSError("the process that workers are forked from does not answer")
+        except (OSError, Closed) as error:
             self._process.kill()
             with suppress(subprocess.TimeoutExpired):  # a signal takes a while, and no other server starts
                 self._process.wait(timeout=ENDING)
+            if isinstance(error, Closed):
+                raise OSError("the process that workers are forked from is gone") from error
             raise
+        self._patience = ANSWERING
+        return reply
 
     def close(self) -> None:
         self._socket.close()  # it ends its workers, and itself
@@ -148,9 +143,9 @@ class Spawned:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self.pid = self._process.pid
-        mine = (self._process.stdout, self._process.stdin)
-        self.channel = Channel(*(os.dup(each.fileno()) for each in mine))
-        for each in mine:
+        pipes = (self._process.stdout, self._process.stdin)
+        self.channel = Channel(*(os.dup(each.fileno()) for each in pipes))
+        for each in pipes:
             each.close()
 
     def ended(self) -> str:

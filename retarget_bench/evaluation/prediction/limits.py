@@ -1,4 +1,4 @@
-"""What a method may take, and what its answer may be: time, memory, disk, prints, messages, files."""
+"""Limits of a method and of its answers: time, memory, disk, prints, messages, files."""
 
 import os
 import shlex
@@ -22,8 +22,8 @@ BASE, PER_FRAME = 60.0, 1.0
 """Seconds for a case where no limit is given, and for each of its frames."""
 PATIENCE = 3
 """So many cases without an answer in time, one after the other, and a method is asked no more."""
-LOOK = 0.1
-"""Seconds between two looks at what a process that is answering takes."""
+POLL = 0.1
+"""Seconds between two checks of what a process that is answering takes."""
 FOLDER = 2**30
 """Bytes of the files that a method may have in its folder."""
 LONGEST_LOG = 2**20
@@ -51,13 +51,13 @@ class Limits:
         words = shlex.split(self.isolate)
         if words != ["bwrap"]:
             return words
-        found = list(BWRAP)
+        prefix = list(BWRAP)
         for place in sorted({"/tmp", gettempdir()}):  # its own, with what lies there to read
-            found += ["--tmpfs", place]
+            prefix += ["--tmpfs", place]
             for each in sorted(Path(place).glob("*")):
                 if not each.name.startswith(SCRATCH):
-                    found += ["--ro-bind-try", str(each), str(each)]
-        return [*found, "--bind", str(folder), str(folder)]
+                    prefix += ["--ro-bind-try", str(each), str(each)]
+        return [*prefix, "--bind", str(folder), str(folder)]
 
     def seconds(self, cases: Sequence[Case]) -> float:
         return sum(self.timeout or BASE + PER_FRAME * case.source.frames for case in cases)
@@ -76,24 +76,40 @@ class Late(Beyond):
 
 
 class Disturbed(Trouble):
-    """Its process ended, or its files were changed, as others can bring about: it is asked again, alone."""
+    """The process ended or its files were changed, perhaps by another method: it is asked again, alone."""
 
 
 class CannotStart(Trouble):
     """There is no process to ask. That is no answer: the cases are missing, and a later run asks again."""
 
 
-def text(said: Any) -> str:
+def text(message: Any) -> str:
     """A reason as it can be written: not too long, and of characters that can be shown."""
-    return printable(str(said)[:LONGEST_MESSAGE])
+    return printable(str(message)[:LONGEST_MESSAGE])
+
+
+def keep_printed(printed: Path, log: Path | None, least: int = 0) -> None:
+    """Move what a method printed to a log, up to ``LONGEST_LOG``, where it is more than the least; None: it
+    is forgotten."""
+    with suppress(OSError):
+        if (length := printed.stat().st_size) <= least:
+            return
+        room = LONGEST_LOG - (log.stat().st_size if log is not None and log.exists() else 0)
+        if log is not None and room > 0:
+            log.parent.mkdir(parents=True, exist_ok=True)
+            with printed.open("rb") as source, log.open("ab") as target:
+                target.write(source.read(room))
+                if length > room:
+                    target.write(b"\n... what came after this is not kept\n")
+        os.truncate(printed, 0)
 
 
 def size_of(folder: Path) -> int:
     """Bytes of the files in a folder, however deep; those that cannot be seen do not count."""
     total, folders = 0, [str(folder)]
     while folders:
-        with suppress(OSError), os.scandir(folders.pop()) as found:
-            for each in found:
+        with suppress(OSError), os.scandir(folders.pop()) as entries:
+            for each in entries:
                 with suppress(OSError):
                     if each.is_dir(follow_symlinks=False):
                         folders.append(each.path)
@@ -115,12 +131,12 @@ def only(folder: Path, kept: Collection[str]) -> bool:
 
 
 def check_file(path: Path, case: Case) -> None:
-    """Raises FileError for what is no ordinary file of about the size of an answer."""
+    """Raises FileError for anything but an ordinary file of about the size of an answer."""
     try:
-        found = path.lstat()
+        status = path.lstat()
     except OSError:
         raise FileError(path, "is not there, although the method's process says so") from None
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         raise FileError(path, "is not an ordinary file")
     try:
         with zipfile.ZipFile(path) as packed:
@@ -131,5 +147,5 @@ def check_file(path: Path, case: Case) -> None:
     except (OSError, zipfile.BadZipFile) as error:
         raise FileError(path, f"is not a readable .npz file ({error})") from error
     most = 16 * max(case.source.frames, 1) * rows + 2**16
-    if max(size, found.st_size) > most:
+    if max(size, status.st_size) > most:
         raise FileError(path, f"holds {size} bytes; {most} are plenty for {case.source.frames} frames")

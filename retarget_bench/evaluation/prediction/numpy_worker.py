@@ -56,14 +56,14 @@ def _distributions() -> Iterator[tuple[str, str]]:
         for each in importlib.import_module("pkg_resources").working_set:
             yield each.key.replace("_", "-"), each.version
         return
-    for found in metadata.distributions():
-        if found.metadata["Name"]:
-            yield found.metadata["Name"].lower().replace("_", "-"), found.version
+    for distribution in metadata.distributions():
+        if distribution.metadata["Name"]:
+            yield distribution.metadata["Name"].lower().replace("_", "-"), distribution.version
 
 
 # --------------------------------------------------------------------------------------------------- files
 def checked(path: str) -> bytes:
-    """What a file of a question holds; its name ends in a digest of that."""
+    """The contents of a file of a question, whose name ends in their digest."""
     data = Path(path).read_bytes()
     if digest(data) != Path(path).stem.rpartition("-")[2]:
         raise OSError(f"{path} was changed since it was written")
@@ -76,17 +76,17 @@ def digest(data: bytes) -> str:
 
 
 def body(path: str) -> dict[str, Any]:
-    """A body; what is numbers is arrays."""
-    found = json.loads(checked(path))
-    return {**found, **{name: np.array(found[name]) for name in ("parents", "offsets", "reference_pose")}}
+    """A body, with its numbers as arrays."""
+    facts = json.loads(checked(path))
+    return {**facts, **{name: np.array(facts[name]) for name in ("parents", "offsets", "reference_pose")}}
 
 
 def motion(path: str, character: str) -> dict[str, Any]:
     """A motion: ``rotations`` and ``root``, or ``positions``, or ``points`` of all frames in turn and their
     ``counts``; ``fps`` and its ``body``."""
     with np.load(io.BytesIO(checked(path))) as file:
-        found = {name: file[name] for name in file.files}
-    return {**found, "fps": float(found["fps"]), "body": body(character)}
+        arrays = {name: file[name] for name in file.files}
+    return {**arrays, "fps": float(arrays["fps"]), "body": body(character)}
 
 
 def write(path: str, answer: dict[str, Any]) -> str:
@@ -102,17 +102,17 @@ def write(path: str, answer: dict[str, Any]) -> str:
 # ---------------------------------------------------------------------------------------------- the worker
 def answer(question: dict[str, Any], retarget: Callable, parameters: dict[str, Any]) -> dict[str, Any]:
     """How one question went: ``ok`` with the answer written, ``unsupported``, or ``failed``."""
-    mine = os.getpid()
+    process = os.getpid()
     try:
         context = {**question["context"], "parameters": parameters}
         for name in ("reference", "second_reference", "source_motion"):
             if context.get(name):
                 context[name] = motion(context[name]["motion"], context[name]["character"])
         source = motion(question["source"], question["source_character"])
-        found = retarget(source, body(question["target_character"]), context)
-        if os.getpid() != mine:  # the method forked, and its child came back
+        result = retarget(source, body(question["target_character"]), context)
+        if os.getpid() != process:  # the method forked, and its child came back
             os._exit(0)
-        return {"status": "ok", "message": "", "digest": write(question["answer"], found)}
+        return {"status": "ok", "message": "", "digest": write(question["answer"], result)}
     except NotImplementedError as error:
         return {"status": "unsupported", "message": str(error)}
     except Exception as error:
@@ -164,12 +164,12 @@ def main() -> None:
     say({"environment": environment()})
     parameters: dict[str, Any] = {}
     for line in iter(questions.readline, b""):
-        said = json.loads(line)
-        if "start" in said:
-            parameters = said["start"]["parameters"]
+        request = json.loads(line)
+        if "start" in request:
+            parameters = request["start"]["parameters"]
             say({"ready": True})
         else:
-            say({"answers": [answer(question, retarget, parameters) for question in said["ask"]]})
+            say({"answers": [answer(question, retarget, parameters) for question in request["ask"]]})
 
 
 if __name__ == "__main__":

@@ -16,23 +16,23 @@ OLDEST = (3, 11)
 def main() -> None:
     """Say which environment this is, then begin as asked by the first line."""
     if sys.version_info < OLDEST:
-        mine, oldest = (".".join(map(str, version[:2])) for version in (sys.version_info, OLDEST))
+        this, oldest = (".".join(map(str, version[:2])) for version in (sys.version_info, OLDEST))
         sys.exit(
-            f"this is Python {mine} and the package needs {oldest}; numpy_worker.py is for older ones "
+            f"this is Python {this} and the package needs {oldest}; numpy_worker.py is for older ones "
             "(docs/plugins.md)"
         )
     sys.path[:] = [each for each in sys.path if Path(each).absolute() != HERE]  # its files are no modules
     reading, writing = os.dup(0), os.dup(1)
     os.dup2(2, 1)
     _import_package(HERE.parents[1])
-    from retarget_bench.evaluation.prediction import numpy_worker, starting
+    from retarget_bench.evaluation.prediction import answering, numpy_worker
 
     os.write(writing, json.dumps({"environment": numpy_worker.environment()}).encode() + b"\n")
     line = os.read(reading, 2**16)
     while line and not line.endswith(b"\n"):
         line += os.read(reading, 2**16)
     if line:
-        starting.begin(json.loads(line)["start"], reading, writing)
+        answering.begin(json.loads(line)["start"], reading, writing)
 
 
 def _import_package(folder: Path) -> None:

@@ -8,7 +8,6 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import lru_cache
-from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ import numpy as np
 
 from retarget_bench.api.datasets import Cast
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.prediction.numpy_worker import digest
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import Ground
 from retarget_bench.motion.measures import Measures
@@ -25,39 +25,28 @@ from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion, PointSets, Positions, Prediction, Source, Surface
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
-_DIGITS = 32
-
 
 class Changed(BenchError):
     """A file is not what was written."""
 
 
 def checked(path: Path) -> bytes:
-    """What a file holds. Raises Changed where that is not what its name says."""
+    """The contents of a file. Raises Changed where its name ends in another digest than theirs."""
     try:
         data = path.read_bytes()
     except OSError as error:
         raise Changed(f"a file of the question cannot be read ({error.strerror})") from error
-    if digest_of(data) != path.stem.rpartition("-")[2]:
+    if digest(data) != path.stem.rpartition("-")[2]:
         raise Changed("a file of the question was changed")
     return data
 
 
-def digest_of(data: bytes) -> str:
-    """Hex digits that stand for the contents of a file."""
-    return sha256(data).hexdigest()[:_DIGITS]
-
-
 def _written(folder: Path, token: str, data: bytes, ending: str) -> Path:
     """The file with these contents; written if it is not there."""
-    path = folder / f"{token}-{digest_of(data)}{ending}"
+    path = folder / f"{token}-{digest(data)}{ending}"
     if not path.exists():
         path.write_bytes(data)  # no rename: nobody is told of the file before it is whole
     return path
-
-
-_GROUP = "group:"
-"""Before the role of a vertex group, in the file of a mesh."""
 
 
 # ---------------------------------------------------------------------------------------------- bodies
@@ -130,23 +119,23 @@ def write_answer(path: Path, answer: Prediction) -> str:
     """Write it in single precision, as predictions are stored; the digest of the file."""
     data = _packed(answer, np.float32)
     path.write_bytes(data)
-    return digest_of(data)
+    return digest(data)
 
 
 def _packed(motion: Prediction, kind: type[np.floating]) -> bytes:
     arrays = {name: getattr(motion, name).astype(kind, copy=False) for name in motion.arrays}
-    return _file(motion.fps, arrays)
+    return _npz({"fps": np.float64(motion.fps), **arrays})
 
 
 def _packed_points(motion: PointSets) -> bytes:
     """All frames' points one after the other, in the precision that they have, and how many each has."""
     points = np.concatenate(motion.points) if motion.frames else np.zeros((0, 3))
-    return _file(motion.fps, {"points": points, "counts": motion.counts})
+    return _npz({"fps": np.float64(motion.fps), "points": points, "counts": motion.counts})
 
 
-def _file(fps: float, arrays: Mapping[str, np.ndarray]) -> bytes:
+def _npz(arrays: Mapping[str, Any]) -> bytes:
     stream = BytesIO()
-    np.savez(stream, fps=np.float64(fps), **arrays)  # type: ignore[arg-type]
+    np.savez(stream, **arrays)
     return stream.getvalue()
 
 
@@ -181,21 +170,14 @@ def _motion(arrays: Mapping[str, np.ndarray], body: Character) -> Prediction:
 
 def write_mesh(folder: Path, token: str, mesh: Mesh) -> Path:
     arrays = {name: getattr(mesh, name) for name in ("vertices", "faces", "weights")}
-    arrays |= {_GROUP + role: group for role, group in mesh.groups.items()}
     if mesh.pose is not None:
         arrays["pose"] = mesh.pose
-    stream = BytesIO()
-    np.savez(stream, **arrays)
-    return _written(folder, token, stream.getvalue(), ".npz")
+    return _written(folder, token, _npz(arrays), ".npz")
 
 
 def read_mesh(path: Path) -> Mesh:
     """Raises Changed."""
-    arrays = _arrays(path)
-    groups = {
-        name.removeprefix(_GROUP): arrays.pop(name) for name in list(arrays) if name.startswith(_GROUP)
-    }
-    return Mesh(**arrays, groups=groups)
+    return Mesh(**_arrays(path))
 
 
 def ground_facts(ground: Ground) -> dict[str, Any]:

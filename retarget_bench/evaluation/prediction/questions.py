@@ -1,4 +1,4 @@
-"""What a worker is being asked: its files, and what is handed over when the method looks at it."""
+"""The questions to a worker: their files, and parts that are handed over when a method looks at them."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -11,7 +11,10 @@ from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.limits import Beyond
 
-Asked = tuple[Case, Context]
+Question = tuple[Case, Context]
+MOTIONS = ("reference", "second_reference", "source_motion")
+CLIPS = ("other_clips", "target_motions")
+"""Parts of a context that are motions, and those that are several clips."""
 
 
 class Questions:
@@ -23,25 +26,25 @@ class Questions:
     def __init__(self, folder: Path) -> None:
         self.kept = set[str]()
         self._folder, self._token = folder, token_hex(8)
-        self._asked: Sequence[Asked] = ()
+        self._questions: Sequence[Question] = ()
         self._written: list[Path] = []
 
-    def written(self, asked: Sequence[Asked]) -> list[dict[str, Any]]:
-        """Where the files of every question lie, and where its answer is to be. Raises OSError."""
-        self._asked = asked
-        return [self._question(*each) for each in asked]
+    def write(self, questions: Sequence[Question]) -> list[dict[str, Any]]:
+        """Write the files of every question; their paths, and that of its answer. Raises OSError."""
+        self._questions = questions
+        return [self._question(*each) for each in questions]
 
-    def removed(self) -> None:
+    def remove(self) -> None:
         """Remove the files of questions that are answered, and their answers."""
         for path in self._written:
             with suppress(OSError):
                 path.unlink()
         self._written.clear()
 
-    def given(self, wish: Mapping[str, Any]) -> dict[str, Any]:
-        """What the method looks at, as a file. Raises Beyond where a question has no such thing."""
+    def handed_over(self, request: Mapping[str, Any]) -> dict[str, Any]:
+        """The file of a part of a question that a method looks at. Raises Beyond where there is none."""
         try:
-            kind, (case, context) = wish["give"], self._asked[int(wish.get("question", 0))]
+            kind, (case, context) = request["give"], self._questions[int(request.get("question", 0))]
             if kind == "training":
                 training = context.training
                 index = training and files.write_training(self._folder, self._token, training)
@@ -49,12 +52,12 @@ class Questions:
             if kind == "mesh":
                 moved = (case.source, context.source_motion, context.reference, context.second_reference)
                 bodies = (case.target, *(each.character for each in moved if each is not None))
-                mesh = {str(self._body(body)): body for body in bodies}[wish["character"]].mesh
+                mesh = {str(self._body(body)): body for body in bodies}[request["character"]].mesh
                 assert mesh is not None
                 return {"mesh": str(self._stays(files.write_mesh(self._folder, self._token, mesh)))}
-            if kind not in ("other_clips", "target_motions"):
+            if kind not in CLIPS:
                 raise KeyError(kind)
-            return self._place(getattr(context, kind)[int(wish["index"])])
+            return self._place(getattr(context, kind)[int(request["index"])])
         except NotSupported as error:
             return {"why": str(error)}
         except (KeyError, IndexError, TypeError, ValueError, AssertionError, OverflowError) as error:
@@ -71,23 +74,23 @@ class Questions:
         }
 
     def _context(self, context: Context) -> dict[str, Any]:
-        """What a method may know, as JSON; clips and training motion are handed over when asked for."""
-        said: dict[str, Any] = {
+        """The context of a question as JSON; clips and training motion are handed over when asked for."""
+        facts: dict[str, Any] = {
             "seed": context.seed,
             "device": context.device,
             "precision": context.precision,
         }
         if context.training is not None:
-            said["training"] = True
+            facts["training"] = True
         if context.ground is not None:
-            said["ground"] = files.ground_facts(context.ground)
-        for kind in ("reference", "second_reference", "source_motion"):
+            facts["ground"] = files.ground_facts(context.ground)
+        for kind in MOTIONS:
             if (motion := getattr(context, kind)) is not None:
-                said[kind] = self._place(motion)
-        for kind in ("other_clips", "target_motions"):
+                facts[kind] = self._place(motion)
+        for kind in CLIPS:
             if (clips := getattr(context, kind)) is not None:
-                said[kind] = len(clips)
-        return said
+                facts[kind] = len(clips)
+        return facts
 
     def _place(self, motion: Any) -> dict[str, str]:
         return {"motion": str(self._motion(motion)), "character": str(self._body(motion.character))}

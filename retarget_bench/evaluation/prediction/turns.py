@@ -1,8 +1,8 @@
-"""Whose turn it is to have methods asked on this machine: all processes together, or one alone."""
+"""Locks by which the scoring processes of a machine ask methods together, or one of them alone."""
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 try:
@@ -15,8 +15,8 @@ class Turns:
     """Two lock files in a folder that the processes of a run share. The system lets go of what a
     process that ends has locked.
 
-    Who wants to be alone closes a gate first, so that no others begin while it waits for those that are
-    at it.
+    A process that asks alone locks the gate first, so that no others begin while it waits for those that
+    are asking.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -28,13 +28,10 @@ class Turns:
     @contextmanager
     def together(self) -> Iterator[None]:
         """While others may ask, too."""
-        with _held(self._gate, alone=False):
-            held = _held(self._asking, alone=False)
-            held.__enter__()
-        try:
+        with ExitStack() as asking:
+            with _held(self._gate, alone=False):
+                asking.enter_context(_held(self._asking, alone=False))
             yield
-        finally:
-            held.__exit__(None, None, None)
 
     @contextmanager
     def alone(self) -> Iterator[None]:

@@ -1,4 +1,4 @@
-"""Prediction workers as the scoring side sees them: asked by files, limited in what they take, ended."""
+"""Prediction workers from the scoring side: their start, questions, limits and end."""
 
 import shlex
 import sys
@@ -16,13 +16,13 @@ from typing import Any
 from retarget_bench.api import Case
 from retarget_bench.errors import FileError
 from retarget_bench.evaluation.predict import Outcome, differ
-from retarget_bench.evaluation.prediction import environments, launch, question_files
+from retarget_bench.evaluation.prediction import environments, launch, numpy_worker
 from retarget_bench.evaluation.prediction.channel import Closed, Nonsense
 from retarget_bench.evaluation.prediction.limits import (
     FOLDER,
     LONGEST_LOG,
-    LOOK,
     PATIENCE,
+    POLL,
     STARTING,
     Beyond,
     CannotStart,
@@ -31,19 +31,19 @@ from retarget_bench.evaluation.prediction.limits import (
     Limits,
     Trouble,
     check_file,
+    keep_printed,
     only,
     size_of,
     text,
 )
-from retarget_bench.evaluation.prediction.printed import Printed
-from retarget_bench.evaluation.prediction.questions import Asked, Questions
+from retarget_bench.evaluation.prediction.questions import Question, Questions
 from retarget_bench.evaluation.prediction.turns import Turns
 from retarget_bench.files import digest
 from retarget_bench.plugins.prediction_check import Invalid, verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.predictions import read_prediction
 
-OURS = shlex.quote(sys.executable)
+THIS_PYTHON = shlex.quote(sys.executable)
 """The environment of this process."""
 NONSENSE = "the method's process does not answer as it should"
 STARTS = 3
@@ -81,7 +81,7 @@ class WorkerPool:
         log = Path(start["log"])
         if environment or self.limits.isolate:
             prefix = self.limits.prefix(log.parent)
-            started, facts = environments.start(environment or OURS, log, self._mark, prefix)
+            started, facts = environments.start(environment or THIS_PYTHON, log, self._mark, prefix)
             if lock not in ("", facts["lock"]):
                 launch.end(started)
                 raise environments.NoWorker(
@@ -136,7 +136,7 @@ class PredictionWorker:
         self._forks = False
         self._loaded = set[str]()  # what the method wrote while it was built
         self._seconds = 0.0  # that the last exchange took
-        self._hopeless = self._given_up = ""
+        self._final: Outcome | None = None  # of every case from now on
         self._late = 0  # cases in a row without an answer in time
         self._folders = (self.folder.with_name(f"{self.folder.name}-{number}") for number in count())
         self._own_folder()
@@ -147,10 +147,10 @@ class PredictionWorker:
         self.folder = next(self._folders)
         (self.folder / "work").mkdir(parents=True)
         self._questions = Questions(self.folder)
-        self._printed = Printed(self.folder / "printed.txt")
+        self._printed = self.folder / "printed.txt"
 
     # ------------------------------------------------------------------------------------ asking
-    def ask(self, asked: Sequence[Asked]) -> list[Outcome]:
+    def ask(self, questions: Sequence[Question]) -> list[Outcome]:
         """The verified outcome of every case; never an exception but OSError, where the disk is full.
 
         What was disturbed is asked once more while no other method is asked, since one may have
@@ -160,51 +160,51 @@ class PredictionWorker:
         """
         try:
             with self.pool.turns.together():
-                outcomes = self._answers(asked)
-            return self._ranked(asked, outcomes)
+                outcomes = self._answers(questions)
+            return self._asked_again(questions, outcomes)
         except Disturbed:
             pass
         except Trouble as trouble:
-            return self._apart(asked, trouble)
+            return self._after_trouble(questions, trouble)
         try:
             with self.pool.turns.alone():
-                return self._answers(asked)
+                return self._answers(questions)
         except Trouble as trouble:
-            return self._apart(asked, trouble)
+            return self._after_trouble(questions, trouble)
 
-    def ask_alone(self, asked: Sequence[Asked]) -> tuple[list[Outcome], float]:
+    def ask_alone(self, questions: Sequence[Question]) -> tuple[list[Outcome], float]:
         """The same while no other method of the run is asked, and the seconds that it took, without those
         of starting the process."""
         self._seconds = 0.0
         with self.pool.turns.alone():
             try:
-                return self._answers(asked), self._seconds
+                return self._answers(questions), self._seconds
             except Trouble as trouble:
-                return [Outcome("failed", str(trouble)) for _ in asked], self._seconds
+                return [Outcome("failed", str(trouble)) for _ in questions], self._seconds
 
-    def _apart(self, asked: Sequence[Asked], trouble: Trouble) -> list[Outcome]:
+    def _after_trouble(self, questions: Sequence[Question], trouble: Trouble) -> list[Outcome]:
         if isinstance(trouble, CannotStart):
-            return [Outcome("missing", str(trouble)) for _ in asked]
-        if len(asked) > 1 and not self._hopeless and not self._given_up:
-            return [outcome for each in asked for outcome in self.ask([each])]
-        return [Outcome("failed", str(trouble)) for _ in asked]
+            return [Outcome("missing", str(trouble)) for _ in questions]
+        if len(questions) > 1 and self._final is None:
+            return [outcome for each in questions for outcome in self.ask([each])]
+        return [Outcome("failed", str(trouble)) for _ in questions]
 
-    def _ranked(self, asked: Sequence[Asked], outcomes: list[Outcome]) -> list[Outcome]:
+    def _asked_again(self, questions: Sequence[Question], outcomes: list[Outcome]) -> list[Outcome]:
         """The outcomes, where every question had a process of its own. Else some are asked again, alone
         and in a fresh process; one that is answered otherwise then is no answer to its question."""
         if self._forks or self._started is None:
             return outcomes
-        found = list(outcomes)
-        for number, (case, _) in enumerate(asked):
+        checked = list(outcomes)
+        for number, (case, _) in enumerate(questions):
             before = outcomes[number].prediction
             if before is None or int(digest(case.info.id, 8), 16) % AGAIN:
                 continue
             self.end()
             with self.pool.turns.together():
-                (again,) = self._answers([asked[number]])
+                (again,) = self._answers([questions[number]])
             if again.prediction is None or differ(before, again.prediction, case):
-                found[number] = Outcome("invalid", UNLIKE)
-        return found
+                checked[number] = Outcome("invalid", UNLIKE)
+        return checked
 
     def end(self) -> None:
         if self._started is not None:
@@ -218,14 +218,12 @@ class PredictionWorker:
         return self._started.pid if self._started else 0
 
     # ------------------------------------------------------------------------------------ one exchange
-    def _answers(self, asked: Sequence[Asked]) -> list[Outcome]:
+    def _answers(self, questions: Sequence[Question]) -> list[Outcome]:
         """Raises Trouble, after which there is no process any more, and OSError."""
-        if self._given_up:
-            return [Outcome("missing", self._given_up) for _ in asked]
-        if self._hopeless:
-            return [Outcome("failed", self._hopeless) for _ in asked]
+        if self._final is not None:
+            return [self._final for _ in questions]
         try:
-            outcomes = self._exchange(asked)
+            outcomes = self._exchange(questions)
         except OSError as error:
             self.end()
             self._own_folder()  # what filled the disk may have been the method
@@ -234,41 +232,41 @@ class PredictionWorker:
             raise Disturbed(f"the folder of its questions was changed ({error.strerror})") from error
         except Trouble:
             self.end()
-            self._printed.keep(self.log)
+            keep_printed(self._printed, self.log)
             self._own_folder()
             raise
         except BaseException:  # what its process says from now on would answer other questions
             self.end()
             raise
         self._late = 0
-        self._printed.keep(self.log)
+        keep_printed(self._printed, self.log)
         return outcomes
 
-    def _exchange(self, asked: Sequence[Asked]) -> list[Outcome]:
+    def _exchange(self, questions: Sequence[Question]) -> list[Outcome]:
         if self._started is None:
             self._start()
-        cases, begun = [case for case, _ in asked], time.perf_counter()
+        cases, begun = [case for case, _ in questions], time.perf_counter()
         try:
-            questions = self._questions.written(asked)
-            self._send({"ask": questions})
-            said = self._reply(self.limits.seconds(cases), len(cases))
-            if not isinstance(said, list) or len(said) != len(cases):
+            requests = self._questions.write(questions)
+            self._send({"ask": requests})
+            answers = self._reply(self.limits.seconds(cases), len(cases))
+            if not isinstance(answers, list) or len(answers) != len(cases):
                 raise Beyond(NONSENSE)
-            paths = [Path(question["answer"]) for question in questions]
-            return [self._outcome(*each) for each in zip(cases, paths, said, strict=True)]
+            paths = [Path(request["answer"]) for request in requests]
+            return [self._outcome(*each) for each in zip(cases, paths, answers, strict=True)]
         finally:
             self._seconds = time.perf_counter() - begun
-            self._questions.removed()
+            self._questions.remove()
             self._forget()
 
     def _forget(self) -> None:
         """Remove what a method wrote since it was built, where it answers each batch in a process of its
         own. Under a command that isolates it, it has places that are not seen from here: it ends."""
-        ours = self._questions.kept | {"work", self._printed.path.name}
-        places = ((self.folder, ours), (self.folder / "work", self._loaded))
+        own = self._questions.kept | {"work", self._printed.name}
+        places = ((self.folder, own), (self.folder / "work", self._loaded))
         if self.limits.isolate or (self._forks and not all(only(*each) for each in places)):
             self.end()
-            self._printed.keep(self.log)
+            keep_printed(self._printed, self.log)
             self._own_folder()
 
     def _start(self) -> None:
@@ -278,63 +276,63 @@ class PredictionWorker:
             "parameters": dict(self.method.parameters),
             "plugins": list(self.pool.plugins),
             "folder": str(self.folder / "work"),
-            "log": str(self._printed.path),
+            "log": str(self._printed),
         }
         for number in range(STARTS):
             try:
                 self._started = self.pool.start(start, self.method.environment, self.lock, self.learned)
-                said = self._receive(STARTING, f"the method was not built within {STARTING:g} s")
+                message = self._receive(STARTING, f"the method was not built within {STARTING:g} s")
                 break
-            except environments.NoWorker as error:
-                self._hopeless = str(error)
-                raise Beyond(self._hopeless) from error
-            except Beyond as trouble:
-                self._hopeless = str(trouble)
-                raise
+            except (environments.NoWorker, Beyond) as error:
+                raise self._hopeless(str(error)) from error
             except (OSError, Closed, Disturbed) as error:
                 self.end()
                 if isinstance(error, Disturbed) and number:  # it ends whenever it is built
-                    self._hopeless = str(error)
-                    raise Beyond(self._hopeless) from error
+                    raise self._hopeless(str(error)) from error
                 if number == STARTS - 1:
                     raise CannotStart(f"the method's process cannot be started ({error})") from error
-        self._forks = bool(said.get("forks"))
+        self._forks = bool(message.get("forks"))
         self._loaded = {each.name for each in (self.folder / "work").iterdir()}
-        if "ready" not in said:
-            self._hopeless = text(said.get("broken", NONSENSE))
-            raise Beyond(self._hopeless)
+        if "ready" not in message:
+            raise self._hopeless(text(message.get("broken", NONSENSE)))
+
+    def _hopeless(self, why: str) -> Beyond:
+        """The error to raise where the method can never be asked."""
+        self._final = Outcome("failed", why)
+        return Beyond(why)
 
     # ---------------------------------------------------------------------------------- answers
     def _reply(self, seconds: float, cases: int) -> Any:
-        """What is said of the answers; until that comes, what the method looks at is handed over."""
+        """Wait for the answers, and hand over the parts of questions that the method looks at."""
         until = time.monotonic() + seconds
-        late = f"no answer within {seconds / cases:g} s a case (--timeout sets the limit)"
+        timeout = f"no answer within {seconds / cases:g} s a case (--timeout sets the limit)"
         answers = None
         while True:
             try:
-                said = self._receive(until - time.monotonic(), late)
+                message = self._receive(until - time.monotonic(), timeout)
             except Late:
                 self._late += 1
                 if self._late >= PATIENCE:
-                    self._given_up = f"not asked: {PATIENCE} cases before this got {late}"
+                    why = f"not asked: {PATIENCE} cases before this got {timeout}"
+                    self._final = Outcome("missing", why)
                 raise
-            if "answers" in said and answers is None:
-                answers = said["answers"]
-            elif "ended" in said:
+            if "answers" in message and answers is None:
+                answers = message["answers"]
+            elif "ended" in message:
                 if answers is None:
-                    how = text(said["ended"] or "without an answer")
+                    how = text(message["ended"] or "without an answer")
                     raise Disturbed(f"the method's process ended ({how})")
-            elif "answers" in said or "broken" in said:
-                raise Beyond(text(said.get("broken", NONSENSE)))
+            elif "answers" in message or "broken" in message:
+                raise Beyond(text(message.get("broken", NONSENSE)))
             else:
-                self._send(self._questions.given(said))
-            if answers is not None and ("ended" in said or not self._forks):
+                self._send(self._questions.handed_over(message))
+            if answers is not None and ("ended" in message or not self._forks):
                 return answers
 
-    def _outcome(self, case: Case, path: Path, said: Any) -> Outcome:
+    def _outcome(self, case: Case, path: Path, answer: Any) -> Outcome:
         """The answer in a file, if it is a motion that fits the case."""
         try:
-            status, message = str(said["status"]), text(said["message"])
+            status, message = str(answer["status"]), text(answer["message"])
         except (KeyError, TypeError):
             raise Beyond(NONSENSE) from None
         if status == "changed":
@@ -343,9 +341,9 @@ class PredictionWorker:
             return Outcome(status if status in ("unsupported", "invalid") else "failed", message)
         try:
             check_file(path, case)
-            if "digest" not in said:
+            if "digest" not in answer:
                 return Outcome("invalid", "the method's process does not tell the digest of its answer")
-            if question_files.digest_of(path.read_bytes()) != said["digest"]:
+            if numpy_worker.digest(path.read_bytes()) != answer["digest"]:
                 raise Disturbed("the answer was changed after it was written")
             return Outcome(
                 "ok", prediction=verified(read_prediction(path, case.target, case.source.fps), case)
@@ -359,32 +357,32 @@ class PredictionWorker:
         with suppress(Closed):  # told with its reason by what is received next
             self._started.channel.send(message)
 
-    def _receive(self, seconds: float, late: str) -> dict[str, Any]:
+    def _receive(self, seconds: float, timeout: str) -> dict[str, Any]:
         """The next line. Raises Late after so many seconds, and Trouble."""
         started, until = self._started, time.monotonic() + seconds
         assert started is not None
         while True:
             left = until - time.monotonic()
             try:
-                said = started.channel.receive(max(0.0, min(LOOK, left)))
+                message = started.channel.receive(max(0.0, min(POLL, left)))
             except Nonsense as error:
                 raise Beyond(f"the method's process cannot be understood: {error}") from error
             except Closed as error:
                 raise Disturbed(self._how(started, str(error))) from error
-            if said is not None:
-                return said
+            if message is not None:
+                return message
             if how := started.ended():
                 with suppress(Closed):  # its last words
-                    if (said := started.channel.receive(0.0)) is not None:
-                        return said
+                    if (message := started.channel.receive(0.0)) is not None:
+                        return message
                 raise Disturbed(f"the method's process ended ({how})")
-            self._look(started)
+            self._check_limits(started)
             if left <= 0:
-                raise Late(late)
+                raise Late(timeout)
 
-    def _look(self, started: launch.Started) -> None:
+    def _check_limits(self, started: launch.Started) -> None:
         """Raises Beyond where the method takes more than it may."""
-        self._printed.keep(self.log, LONGEST_LOG)
+        keep_printed(self._printed, self.log, LONGEST_LOG)
         if size_of(self.folder / "work") > FOLDER:
             raise Beyond(f"the method wrote more than {FOLDER / 2**30:.3g} GB of files")
         if self.limits.memory and self.pool.memory_of(started.pid) > self.limits.memory:

@@ -57,21 +57,21 @@ class Draw:
     def clips(self) -> list[str]:
         """Of real and generated windows; apart, of those that have fewer."""
         real = sorted({str(clip) for half in self.real for clip in half.clips})
-        made = sorted(set(map(str, self.generated[0].clips))) if self.apart else real
-        return min(real, made, key=len)
+        generated = sorted(set(map(str, self.generated[0].clips))) if self.apart else real
+        return min(real, generated, key=len)
 
 
 def draw(
-    found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo], stretches: Stretches | None = None
+    features: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo], stretches: Stretches | None = None
 ) -> Draw:
     """The sets of one unit: features and facts of its cases, by case id."""
-    first, second, real = _real(found, infos, MOST, stretches)
-    made = _sample(first, "generated", found, infos), _sample(second, "generated", found, infos)
-    return Draw(real, made, _hash((first, second), real))
+    first, second, real = _real(features, infos, MOST, stretches)
+    generated = _sample(first, "generated", features, infos), _sample(second, "generated", features, infos)
+    return Draw(real, generated, _hash((first, second), real))
 
 
 def draw_apart(
-    found: Mapping[str, CaseFeatures],
+    features: Mapping[str, CaseFeatures],
     infos: Mapping[str, CaseInfo],
     real: Mapping[str, CaseFeatures],
     real_infos: Mapping[str, CaseInfo],
@@ -80,52 +80,56 @@ def draw_apart(
 
     Generated windows are drawn evenly over the root speed of the sources, real ones over their own.
     """
-    answers = _rows(found, infos)
+    answers = _rows(features, infos)
     first, second, both = _real(real, real_infos, min(MOST, len(answers)))
-    asked = _even(answers, found, _edges(_speeds(answers, found)), len(first))
-    made = _sample(asked, "generated", found, infos)
+    windows = _even(answers, features, _edges(_speeds(answers, features)), len(first))
+    generated = _sample(windows, "generated", features, infos)
     # by names alone: what was made of the sources is the method's
-    names = digest("\n".join(f"{case} {at}" for case, at in asked), 64)
+    names = digest("\n".join(f"{case} {at}" for case, at in windows), 64)
     total = digest(f"{_hash((first, second), both)}\n{names}", 16)
-    return Draw(both, (made, made), total, apart=True)
+    return Draw(both, (generated, generated), total, apart=True)
 
 
 def _real(
-    found: Mapping[str, CaseFeatures],
+    features: Mapping[str, CaseFeatures],
     infos: Mapping[str, CaseInfo],
     most: int,
     stretches: Stretches | None = None,
 ) -> tuple[list[Window], list[Window], tuple[Sample, Sample]]:
     """Equally many windows of either half, at most so many, evenly over the root speed of both; and their
     real features."""
-    rows = _rows(found, infos)
+    rows = _rows(features, infos)
     if stretches is None:
         half_of = halves(rows, infos)
         side = [half_of[infos[case].clip] for case, _ in rows]
     else:
         half_at = by_turns(rows, infos, stretches)
         side = [half_at.get((infos[case].clip, at), -1) for case, at in rows]
-    sides = [[row for row, mine in zip(rows, side, strict=True) if mine == half] for half in (0, 1)]
-    n, edges = min(most, *map(len, sides)), _edges(_speeds(rows, found))
-    first, second = (_even(side, found, edges, n) for side in sides)
-    return first, second, (_sample(first, "real", found, infos), _sample(second, "real", found, infos))
+    sides = [[row for row, number in zip(rows, side, strict=True) if number == half] for half in (0, 1)]
+    n, edges = min(most, *map(len, sides)), _edges(_speeds(rows, features))
+    first, second = (_even(side, features, edges, n) for side in sides)
+    return (
+        first,
+        second,
+        (_sample(first, "real", features, infos), _sample(second, "real", features, infos)),
+    )
 
 
-def _speeds(rows: Sequence[Window], found: Mapping[str, CaseFeatures]) -> np.ndarray:
-    return np.array([found[case].speed[at] for case, at in rows])
+def _speeds(rows: Sequence[Window], features: Mapping[str, CaseFeatures]) -> np.ndarray:
+    return np.array([features[case].speed[at] for case, at in rows])
 
 
 def _even(
-    rows: Sequence[Window], found: Mapping[str, CaseFeatures], edges: np.ndarray, n: int
+    rows: Sequence[Window], features: Mapping[str, CaseFeatures], edges: np.ndarray, n: int
 ) -> list[Window]:
     """n of the windows, evenly over root speed."""
-    return [rows[index] for index in flat(np.digitize(_speeds(rows, found), edges), n)]
+    return [rows[index] for index in flat(np.digitize(_speeds(rows, features), edges), n)]
 
 
-def _rows(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> list[Window]:
+def _rows(features: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> list[Window]:
     """(case, window), in an order like a shuffle: of all sources of a clip on a target, one a window."""
     best: dict[tuple[str, str, int], tuple[str, str, int]] = {}
-    for case, each in found.items():
+    for case, each in features.items():
         info = infos[case]
         for at in range(len(each.speed)):
             window = (info.clip, info.target, at)
@@ -142,11 +146,11 @@ def halves(rows: Sequence[Window], infos: Mapping[str, CaseInfo]) -> dict[str, i
     windows = Counter(infos[case].clip for case, _ in rows)
     rank = {clip: _chance(clip) for clip in windows}
     ordered = sorted(windows, key=lambda clip: (-windows[clip], rank[clip]))
-    found: dict[str, int] = {}
+    sides: dict[str, int] = {}
     for number in range(0, len(ordered), 2):
         pair = sorted(ordered[number : number + 2], key=lambda clip: rank[clip])
-        found |= {clip: (side + number // 2) % 2 for side, clip in enumerate(pair)}
-    return found
+        sides |= {clip: (side + number // 2) % 2 for side, clip in enumerate(pair)}
+    return sides
 
 
 def by_turns(
@@ -160,15 +164,15 @@ def by_turns(
     for case, at in rows:
         clip = infos[case].clip
         counts[clip] = max(counts.get(clip, 0), at + 1)
-    found: dict[tuple[str, int], int] = {}
+    sides: dict[tuple[str, int], int] = {}
     for number, clip in enumerate(sorted(counts, key=_chance)):
         steps = counts[clip] + stretches.overlap - 1
         many = 2 * max(1, round(steps / (2 * stretches.length)))
         stretch = np.arange(steps) * many // steps
         for at in range(counts[clip]):
             if stretch[at] == stretch[at + stretches.overlap - 1]:
-                found[clip, at] = int(number + stretch[at]) % 2
-    return found
+                sides[clip, at] = int(number + stretch[at]) % 2
+    return sides
 
 
 def _chance(name: str) -> str:

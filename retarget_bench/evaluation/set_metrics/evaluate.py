@@ -13,10 +13,10 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.attempt import attempt, sentence
 from retarget_bench.evaluation.cases import LISTING, loaded
 from retarget_bench.evaluation.plan import Plan
-from retarget_bench.evaluation.score import Before, as_number, asked, compared, nothing, seconds
+from retarget_bench.evaluation.score import Before, as_number, ask_metric, compared, nothing, seconds
 from retarget_bench.evaluation.set_metrics import files
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw, draw_apart
-from retarget_bench.evaluation.set_metrics.files import PARTS, Arrays
+from retarget_bench.evaluation.set_metrics.files import Members, SetMember
 from retarget_bench.evaluation.set_metrics.values import SetValue
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
@@ -38,29 +38,40 @@ def evaluate(
     infos: of the cases that have features.
     """
     by_id = {info.id: info for info in infos}
-    arrays = files.gather(paths, by_id)
-    found = []
+    gathered = files.gather(paths, by_id)
+    values = []
     for metric in bound.metrics(plan.metrics).of_sets:
         name = metric.card.name
-        for structure, mine in sorted(_sets(metric, by_id, arrays).items()):
+        sets: dict[str, dict[str, SetMember]] = {}
+        for case, member in _of_one_width(name, gathered).items():
+            sets.setdefault(member.name, {})[case] = member
+        for structure, members in sorted(sets.items()):
             try:
                 before(name)
-                found += _values(plan, data, metric, structure, mine, arrays)
-            except Exception as error:  # of features of several shapes, for one
+                values += _values(plan, data, metric, structure, members, by_id)
+            except Exception as error:
                 reason = files.failed(name, sentence(error))
-                found += [SetValue(each.id, structure, 0, 0, reason=reason) for each in metric.card.values]
-    return found
+                values += [SetValue(each.id, structure, 0, 0, reason=reason) for each in metric.card.values]
+    return values
 
 
-def _sets(
-    metric: SetMetric, infos: Mapping[str, CaseInfo], arrays: Arrays
-) -> dict[str, dict[str, CaseInfo]]:
-    """Set of a metric -> its cases."""
-    found: dict[str, dict[str, CaseInfo]] = {}
-    for case, info in infos.items():
-        if (key := f"{case}/{metric.card.name}:set") in arrays:
-            found.setdefault(str(arrays[key]), {})[case] = info
-    return found
+def _of_one_width(metric: str, gathered: Mapping[str, Members]) -> dict[str, SetMember]:
+    """Case -> its features for a metric; a reason in their place where they do not fit together."""
+    members = {case: each[metric] for case, each in gathered.items() if metric in each}
+    arrays = [
+        array
+        for each in members.values()
+        if each.features
+        for array in (each.features.generated, each.features.real)
+    ]
+    widths = sorted({array.shape[1] for array in arrays if len(array)})
+    if len(widths) < 2:
+        return members
+    reason = files.failed(metric, f"gave features of {' and '.join(map(str, widths))} numbers")
+    return {
+        case: replace(each, features=None, reason=reason) if each.features else each
+        for case, each in members.items()
+    }
 
 
 def _values(
@@ -68,34 +79,33 @@ def _values(
     data: Spec,
     metric: SetMetric,
     structure: str,
+    members: Mapping[str, SetMember],
     infos: Mapping[str, CaseInfo],
-    arrays: Arrays,
 ) -> list[SetValue]:
     """All values of a metric on one structure, or on one of its own sets. Raises BenchError where the
     metric, or the data set, fails."""
     name, ids = metric.card.name, [value.id for value in metric.card.values]
-    reasons = {str(arrays[key]) for case in infos if (key := f"{case}/{name}:reason") in arrays}
-    if reasons:
+    if reasons := {each.reason for each in members.values() if each.reason}:
         return [SetValue(value, structure, 0, 0, reason=min(reasons)) for value in ids]
-    features = {case: CaseFeatures(*(arrays[f"{case}/{name}:{part}"] for part in PARTS)) for case in infos}
-    network = str(arrays[f"{min(infos)}/{name}:network"])
-    bare = SetValue("", structure, 0, 0, network=network)
+    features = {case: each.features for case, each in members.items() if each.features}
+    bare = SetValue("", structure, 0, 0, network=members[min(members)].network)
     if all(len(each.real) == len(each.generated) for each in features.values()):
         stretches = metric.stretches if isinstance(metric, OwnSets) else None
         return _drawn(metric, bare, draw(features, infos, stretches))
     # cases without references: their answers against other real motion, also of the same kind alone
     real, real_infos = real_set(data, plan.metrics, name, plan.task, structure)
-    found = []
-    for kind in ("", *sorted({info.kind for info in infos.values()} - {""})):
-        mine = {case: info for case, info in infos.items() if kind in ("", info.kind)}
-        kept = {case: info for case, info in real_infos.items() if kind in ("", info.kind)}
-        if kept:
-            answered, theirs = {case: features[case] for case in mine}, {case: real[case] for case in kept}
-            found += _drawn(metric, replace(bare, kind=kind), draw_apart(answered, mine, theirs, kept))
+    values = []
+    for kind in ("", *sorted({infos[case].kind for case in features} - {""})):
+        answers = {case: each for case, each in features.items() if kind in ("", infos[case].kind)}
+        others = {case: each for case, each in real.items() if kind in ("", real_infos[case].kind)}
+        if others:
+            values += _drawn(
+                metric, replace(bare, kind=kind), draw_apart(answers, infos, others, real_infos)
+            )
         else:
             reason = f"there is no real motion of kind {kind}" if real else NO_REAL.format(structure)
-            found += [replace(bare, kind=kind, value_id=value, reason=reason) for value in ids]
-    return found
+            values += [replace(bare, kind=kind, value_id=value, reason=reason) for value in ids]
+    return values
 
 
 @lru_cache(maxsize=8)
@@ -118,23 +128,23 @@ def real_set(
         if case.reference is None:
             raise BenchError(f"{each} is offered as real motion and has no reference")
         comparison = compared(case, case.reference)
-        features[each] = asked(metric, partial(metric.features, comparison), comparison, nothing)
+        features[each] = ask_metric(metric, partial(metric.features, comparison), comparison, nothing)
     return features, infos
 
 
 def _drawn(metric: SetMetric, bare: SetValue, sets: Draw) -> list[SetValue]:
     """All values of the sets that were drawn, with intervals where there are clips enough."""
     bare = replace(bare, n=sets.n, clips=len(sets.clips), real=sets.hash)
-    found = [_value(metric, replace(bare, value_id=each.id), sets) for each in metric.card.values]
+    values = [_value(metric, replace(bare, value_id=each.id), sets) for each in metric.card.values]
     if bare.clips < CLIPS:
-        return found
-    defined = [each.value_id for each in found if each.value is not None]
+        return values
+    defined = [each.value_id for each in values if each.value is not None]
     without = _without(metric, defined, sets)
-    for number, each in enumerate(found):
+    for number, each in enumerate(values):
         if each.value is not None and (ends := interval(each.value, without[each.value_id])):
             parts = tuple(without[each.value_id])
-            found[number] = replace(each, low=ends[0], high=ends[1], without=parts)
-    return found
+            values[number] = replace(each, low=ends[0], high=ends[1], without=parts)
+    return values
 
 
 def _value(metric: SetMetric, bare: SetValue, sets: Draw) -> SetValue:
@@ -153,9 +163,9 @@ def _both(metric: SetMetric, value_id: str, a: Halves, b: Halves) -> float:
     undefined. Raises BenchError where the metric fails."""
 
     def ask() -> float:
-        found = 0.5 * (metric.value(value_id, a[0], b[1]) + metric.value(value_id, a[1], b[0]))
-        undefined = isinstance(found, float | np.floating) and not np.isfinite(found)
-        return float("nan") if undefined else as_number(value_id, found)
+        mean = 0.5 * (metric.value(value_id, a[0], b[1]) + metric.value(value_id, a[1], b[0]))
+        undefined = isinstance(mean, float | np.floating) and not np.isfinite(mean)
+        return float("nan") if undefined else as_number(value_id, mean)
 
     return attempt(ask, seconds(len(a[0].clips) + len(b[0].clips)), f"metric {metric.card.name}, sets")
 
@@ -166,18 +176,18 @@ def _without(metric: SetMetric, ids: Sequence[str], sets: Draw) -> dict[str, lis
     All values of one tenth before the next one: what they have in common is computed once.
     """
     group = _groups(sets)
-    found: dict[str, list[float]] = {value_id: [] for value_id in ids}
+    values: dict[str, list[float]] = {value_id: [] for value_id in ids}
     for left_out in range(GROUPS if ids else 0):
-        kept = {
+        parts = {
             id(half): half.part(np.flatnonzero([group[clip] != left_out for clip in half.clips.tolist()]))
             for half in (*sets.real, *sets.generated)
         }
         real, generated = (
-            (kept[id(halves[0])], kept[id(halves[1])]) for halves in (sets.real, sets.generated)
+            (parts[id(halves[0])], parts[id(halves[1])]) for halves in (sets.real, sets.generated)
         )
         for value_id in ids:
-            found[value_id].append(_both(metric, value_id, real, generated))
-    return found
+            values[value_id].append(_both(metric, value_id, real, generated))
+    return values
 
 
 def _groups(sets: Draw) -> dict[str, int]:
@@ -191,8 +201,8 @@ def _groups(sets: Draw) -> dict[str, int]:
     clips = [half.clips.tolist() for half in samples]
     if not sets.apart and not set(clips[0]).isdisjoint(clips[1]):  # stretches of the same clips
         clips = [clips[0] + clips[1]]
-    for number, mine in enumerate(clips):
-        dealt = groups_of(Counter(mine))
+    for number, names in enumerate(clips):
+        dealt = groups_of(Counter(names))
         group |= {clip: GROUPS - 1 - rank if number == 1 else rank for clip, rank in dealt.items()}
     return group
 

@@ -52,7 +52,7 @@ class SetValue:
 FIELDS = tuple(field.name for field in fields(SetValue))
 OPTIONAL = ("kind", "without")
 """Columns that a file has where any value needs them."""
-WHOLE, NUMBERS = ("n", "clips"), ("value", "low", "high", "floor")
+COUNTS, NUMBERS = ("n", "clips"), ("value", "low", "high", "floor")
 
 
 def write(paths: ResultPaths, values: Sequence[SetValue]) -> None:
@@ -98,6 +98,6 @@ def _value(row: Mapping[str, str]) -> SetValue:
     without = tuple(map(float, row["without"].split()))
     if not np.isfinite([*without, *(number for number in numbers.values() if number is not None)]).all():
         raise ValueError(f"{row['value_id']} of {row['structure']} is no number")
-    texts = {name: row[name] for name in FIELDS if name not in (*WHOLE, *NUMBERS, "without")}
-    counts = {name: int(row[name]) for name in WHOLE}
+    texts = {name: row[name] for name in FIELDS if name not in (*COUNTS, *NUMBERS, "without")}
+    counts = {name: int(row[name]) for name in COUNTS}
     return SetValue(**texts, **counts, **numbers, without=without)  # type: ignore[arg-type]

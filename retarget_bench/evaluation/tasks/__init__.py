@@ -6,25 +6,17 @@ with noise on them (Figure 8), from positions of some of its joints (Figure 9). 
 points on the source's surface. A data set knows nothing of them.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from retarget_bench.api import PAIRED, TASKS, Dataset
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS
 from retarget_bench.plugins.spec import Spec
-
-if TYPE_CHECKING:
-    from retarget_bench.evaluation.tasks.derived import Derived
-    from retarget_bench.evaluation.tasks.points import PointsTask
 
 RETARGET, POINTS = PAIRED
 DERIVED = tuple(task for task in TASKS if task not in PAIRED)
 """Tasks of one body each, by level."""
 
 
-def derive(data: Dataset, task: Spec) -> Derived | PointsTask:
+def derive(data: Dataset, task: Spec) -> Dataset:
     """The cases of a derived task, which is canonical. Raises BenchError for an unknown one."""
     from retarget_bench.evaluation.tasks.derived import Derived
     from retarget_bench.evaluation.tasks.points import PointsTask
@@ -39,8 +31,8 @@ def canonical(task: Spec) -> Spec:
     Raises BenchError for an unknown task, parameter or level.
     """
     if task.name not in (*PAIRED, *QUESTIONS):
-        known = ", ".join((*PAIRED, *QUESTIONS))
-        raise BenchError(f"there is no task {task.name!r}; tasks are {known}")
+        tasks = ", ".join((*PAIRED, *QUESTIONS))
+        raise BenchError(f"there is no task {task.name!r}; tasks are {tasks}")
     question = QUESTIONS.get(task.name)
     of_levels = ("levels",) if question and question.LEVELS else ()
     parameters = (*of_levels, "motions") if question else ()
@@ -53,6 +45,6 @@ def canonical(task: Spec) -> Spec:
         if changed["levels"] == question.LEVELS:
             del changed["levels"]
     motions = changed.get("motions", 1)
-    if not isinstance(motions, int) or motions < 1:
+    if not isinstance(motions, int) or isinstance(motions, bool) or motions < 1:
         raise BenchError(f"{task.name}: motions is {motions!r}; it is a number of motions, at least 1")
     return Spec(task.name, changed)

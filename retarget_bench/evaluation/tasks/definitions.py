@@ -42,15 +42,6 @@ class Level:
     number: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class DerivedQuestion:
-    """A question: the source, the body that is to perform it, and the right answer."""
-
-    source: Prediction
-    target: Character
-    reference: Prediction
-
-
 class TaskQuestion:
     """A task. LEVELS: the usual ones, as text; "" where it has none.
 
@@ -65,22 +56,22 @@ class TaskQuestion:
         if self.LEVELS and not words:
             task = type(self).__name__.lower()
             raise BenchError(f"{task}: name at least one level, such as {self.LEVELS}")
-        found = dict.fromkeys(map(self.level, words)) or (Level(),)
-        self.levels = sorted(found, key=lambda level: (level.word == MAJOR, level.number))
+        chosen = dict.fromkeys(map(self.level, words)) or (Level(),)
+        self.levels = sorted(chosen, key=lambda level: (level.word == MAJOR, level.number))
 
     def level(self, word: str) -> Level:
         """The level that a word stands for. Raises BenchError."""
-        raise BenchError(f"{word}: this task has no levels")
+        raise NotImplementedError
 
     def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
         """The conditions as numbers; None where this body cannot be asked this."""
         del body, level
         return {}
 
-    def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
-        """The question of a case. clean: the right answer, all joints."""
+    def ask(self, clean: Prediction, level: Level, case_id: str) -> tuple[Prediction, Prediction]:
+        """The source of a case, and the right answer of its target. clean: the right answer, all joints."""
         del level, case_id
-        return DerivedQuestion(clean, clean.character, clean)
+        return clean, clean
 
 
 class Denoise(TaskQuestion):
@@ -100,10 +91,9 @@ class Denoise(TaskQuestion):
         del body
         return {"noise": level.number}
 
-    def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
+    def ask(self, clean: Prediction, level: Level, case_id: str) -> tuple[Prediction, Prediction]:
         noise = level.number * gaussian(case_seed(0, "denoise", case_id), clean.positions.shape)
-        source = Positions(clean.character, clean.positions + noise, clean.fps)
-        return DerivedQuestion(source, clean.character, clean)
+        return Positions(clean.character, clean.positions + noise, clean.fps), clean
 
 
 class JointCompletion(TaskQuestion):
@@ -134,19 +124,19 @@ class JointCompletion(TaskQuestion):
             return None
         return {MAJOR: 1.0, "joints": float(len(MAJOR_ROLES)), "of": float(total)}
 
-    def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
-        whole = structure_joints(clean.character)
+    def ask(self, clean: Prediction, level: Level, case_id: str) -> tuple[Prediction, Prediction]:
+        joints = structure_joints(clean.character)
         if level.word == MAJOR:
-            given = sorted(clean.character.joints(MAJOR_ROLES))
+            shown = sorted(clean.character.joints(MAJOR_ROLES))
         else:
             seed = case_seed(0, "upsample", case_id)
-            given = whole[list(drawn(seed, len(whole), _count(len(whole), level)))].tolist()
-        target = reduced(clean.character, whole.tolist())
-        reference = Positions(target, clean.positions[:, whole], clean.fps)
-        if len(given) == len(whole):
-            return DerivedQuestion(reference, target, reference)
-        source = reduced(clean.character, given)
-        return DerivedQuestion(Positions(source, clean.positions[:, given], clean.fps), target, reference)
+            shown = joints[list(drawn(seed, len(joints), _count(len(joints), level)))].tolist()
+        target = reduced(clean.character, joints.tolist())
+        reference = Positions(target, clean.positions[:, joints], clean.fps)
+        if len(shown) == len(joints):
+            return reference, reference
+        source = reduced(clean.character, shown)
+        return Positions(source, clean.positions[:, shown], clean.fps), reference
 
 
 QUESTIONS: Mapping[str, type[TaskQuestion]] = {

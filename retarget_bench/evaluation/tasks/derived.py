@@ -1,17 +1,16 @@
 """The cases of a derived task, from the motions that a data set has."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
-from retarget_bench.api import SELF, TASKS, Case, CaseInfo, Dataset
-from retarget_bench.api.datasets import usual_splits
-from retarget_bench.api.optional import OffersUnseen
+from retarget_bench.api import SELF, TASKS, Case, CaseInfo, Dataset, optional
+from retarget_bench.api.datasets import Cast, usual_splits
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS, Level, TaskQuestion
-from retarget_bench.evaluation.tasks.task_dataset import TaskDataset
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import PointSets
 from retarget_bench.plugins.spec import Spec
@@ -20,12 +19,48 @@ SPLIT = SELF
 """Source and target are the same body, so all cases are of this split."""
 
 
+class TaskDataset:
+    """A data set of a task, out of one that knows nothing of tasks: the same bodies and training part.
+
+    splits: None: those of the data set.
+    """
+
+    version: ClassVar[str]
+    """Moves when any case of the task does."""
+
+    def __init__(self, data: Dataset, task: Spec, splits: Mapping[str, str] | None = None) -> None:
+        self._data, self.task = data, task
+        self.card = replace(data.card, tasks=(task.name,), splits=splits or data.card.splits)
+
+    @property
+    def content(self) -> str:
+        return f"{self._data.content}; {self.task} {self.version}"
+
+    @property
+    def label(self) -> str:
+        return f"{self._data.label.strip()}: {self.task}"
+
+    @property
+    def notes(self) -> Sequence[str]:
+        return self._data.notes
+
+    def characters(self) -> Mapping[str, Character]:
+        return self._data.characters()
+
+    def training(self) -> Cast:
+        """The training part of the data set."""
+        return optional.training(self._data)
+
+    def training_manifest(self) -> Mapping[str, Sequence[str]]:
+        return optional.data_manifest(self._data)
+
+
 class Derived(TaskDataset):
     """A data set of a task, out of one that knows nothing of tasks.
 
     Clean motions are the references of its self cases; where it has none, the sources of all its cases.
     Every clean motion is asked at every level. The cases' ids are those of the motions, with the level.
-    Raises BenchError for a parameter that is not understood.
+    Raises BenchError for a bad level.
     """
 
     version = "1"
@@ -33,20 +68,22 @@ class Derived(TaskDataset):
 
     def __init__(self, data: Dataset, task: Spec) -> None:
         super().__init__(data, task, usual_splits(SPLIT))
-        asked = QUESTIONS[task.name]
-        self.question: TaskQuestion = asked(str(task.parameters.get("levels", asked.LEVELS)))
+        question = QUESTIONS[task.name]
+        self.question: TaskQuestion = question(str(task.parameters.get("levels", question.LEVELS)))
         most = task.parameters.get("motions", 0)
         if isinstance(most, bool) or not isinstance(most, int) or most < 0:
             raise BenchError(f"motions is a whole number, 0 for all; got {most}")
         self._most = most
-        if isinstance(data, OffersUnseen):
-            self.unseen = lambda info: data.unseen(self._listed[info.id][0])
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
         """Raises NotSupported for another task or split."""
         if task != self.task.name or split != SPLIT:
             raise NotSupported(f"{self.label} has the task {self.task.name} and the split {SPLIT} alone")
         return self._infos
+
+    def unseen(self, info: CaseInfo) -> Collection[str] | None:
+        """That of the case that it is made of."""
+        return optional.unseen(self._data, self._listed[info.id][0])
 
     def load(self, info: CaseInfo) -> Case:
         """Raises BenchError for a case that is none of this task."""
@@ -58,15 +95,15 @@ class Derived(TaskDataset):
         clean = case.reference if own and case.reference is not None else case.source
         if isinstance(clean, PointSets):
             raise NotSupported(f"{motion.id}: the motion is known by points only")
-        asked = self.question.ask(clean, level, info.id)
-        kept = {"contacts": case.contacts, "ground": case.ground, "touches": case.touches} if own else {}
+        source, reference = self.question.ask(clean, level, info.id)
+        labels = {"contacts": case.contacts, "ground": case.ground, "touches": case.touches} if own else {}
         return Case(
             info=info,
-            source=asked.source,
-            target=asked.target,
-            reference=asked.reference,
+            source=source,
+            target=reference.character,
+            reference=reference,
             conditions=self.conditions(info),
-            **kept,  # type: ignore[arg-type]
+            **labels,  # type: ignore[arg-type]
         )
 
     def conditions(self, info: CaseInfo) -> Mapping[str, float]:
@@ -99,11 +136,11 @@ class Derived(TaskDataset):
         task, splits = TASKS[0], self._data.card.splits
         if SPLIT in splits and (own := self._data.cases(task, SPLIT)):
             return own
-        found: dict[str, CaseInfo] = {}
+        motions: dict[str, CaseInfo] = {}
         for split in splits:
             for info in self._data.cases(task, split):
-                found.setdefault(_own_id(info), info)
-        return list(found.values())
+                motions.setdefault(_own_id(info), info)
+        return list(motions.values())
 
 
 def _own_id(info: CaseInfo) -> str:

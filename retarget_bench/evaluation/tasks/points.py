@@ -1,15 +1,14 @@
 """The task ``points``: the source is known by points on its surface, in no order, without a skeleton."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
-from retarget_bench.api import TASKS, Case, CaseInfo, Dataset
-from retarget_bench.api.optional import OffersUnseen
+from retarget_bench.api import TASKS, Case, CaseInfo, Dataset, optional
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation.tasks.task_dataset import TaskDataset
+from retarget_bench.evaluation.tasks.derived import TaskDataset
 from retarget_bench.motion.motion import Motion, PointSets
 from retarget_bench.motion.point_sets import unknown_body
 from retarget_bench.motion.surface_sampling import sampled, uniform
@@ -33,15 +32,17 @@ class PointsTask(TaskDataset):
 
     def __init__(self, data: Dataset) -> None:
         super().__init__(data, Spec(NAME))
-        if isinstance(data, OffersUnseen):
-            self.unseen = lambda info: data.unseen(replace(info, task=TASKS[0]))
 
     @property
     def notes(self) -> Sequence[str]:
-        if self._whole == (kept := sum(map(len, self._listed.values()))):
+        if self._total == (listed := sum(map(len, self._listed.values()))):
             return super().notes
-        left = f"{self._whole - kept} of {self._whole} cases are of bodies without meshes and left out"
+        left = f"{self._total - listed} of {self._total} cases are of bodies without meshes and left out"
         return (*super().notes, left)
+
+    def unseen(self, info: CaseInfo) -> Collection[str] | None:
+        """That of the data set's case."""
+        return optional.unseen(self._data, replace(info, task=TASKS[0]))
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
         """Raises NotSupported for another task or split."""
@@ -74,7 +75,7 @@ class PointsTask(TaskDataset):
         }
 
     @cached_property
-    def _whole(self) -> int:
+    def _total(self) -> int:
         return sum(len(self._data.cases(TASKS[0], split)) for split in self.card.splits)
 
 

@@ -43,22 +43,22 @@ def pairs(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = (
     result has the value.
     """
     what = values.value_of(matrices, value)
-    found = values.in_order([each for each in matrices if value in each.values], order)
-    headers, names = values.methods(found), _names(found)
+    ordered = values.in_order([each for each in matrices if value in each.values], order)
+    headers, names = values.methods(ordered), _names(ordered)
     squares: dict[str, dict[tuple[str, str], Mark]] = {label: {} for label in headers}
-    for matrix in found:
+    for matrix in ordered:
         numbers = values.numbers_at(matrix, value)
-        mine = [(names[info.source], names[info.target]) for info in matrix.cases]
-        for pair in sorted({each for each, own in zip(mine, matrix.own, strict=True) if own}):
-            here = np.array([each == pair for each in mine]) & matrix.own
+        pair_of = [(names[info.source], names[info.target]) for info in matrix.cases]
+        for pair in sorted({each for each, own in zip(pair_of, matrix.own, strict=True) if own}):
+            here = np.array([each == pair for each in pair_of]) & matrix.own
             name = " to ".join(pair)
             for label, mean in values.means(matrix.narrowed(value).restricted(here, name), value).items():
-                kept = np.where(here, numbers(label, ""), np.nan)
-                cases = values.worst(matrix, value, kept, f"{what.declared.label}, {name}", BEHIND)
+                shown = np.where(here, numbers(label, ""), np.nan)
+                cases = values.worst(matrix, value, shown, f"{what.declared.label}, {name}", BEHIND)
                 squares[label][pair] = Mark(label, 0.0, mean, cases, name)
     means = {label: [mark.mean.value for mark in each.values()] for label, each in squares.items()}
     least = min((number for each in means.values() for number in each), default=0.0)
-    end = axis_limits.colour_end(means, values.ranked(found), PAIRS)
+    end = axis_limits.colour_end(means, values.ranked(ordered), PAIRS)
     scale = ColourScale(what.axis, min(0.0, least), end)
     sources, targets = (
         tuple(sorted({pair[side] for each in squares.values() for pair in each})) for side in (0, 1)
@@ -67,7 +67,7 @@ def pairs(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = (
     charts = tuple(
         HeatMap(label, sources, targets, scale, each, together) for label, each in squares.items() if each
     )
-    return Figure("pairs", found[0].dataset, "sources down, targets across", headers, charts)
+    return Figure("pairs", ordered[0].dataset, "sources down, targets across", headers, charts)
 
 
 def _names(matrices: Sequence[ResultMatrix]) -> dict[str, str]:
@@ -97,37 +97,37 @@ class _JointErrors:
 
     def marks(self, value: str, label: str, places: Mapping[str, float]) -> tuple[Mark, ...]:
         """The marks of one method; joint -> its place in the chart."""
-        found = []
+        marks = []
         for joint, place in places.items():
             if (mean := self.means.get(joint, {}).get(label)) is not None:
                 part = self.parts[joint]
                 numbers = np.where(self.here, values.numbers_at(part, value)(label, ""), np.nan)
                 cases = values.worst(part, value, numbers, f"error of {joint}, {part.values[value].unit}")
-                found.append(Mark(label, place, mean, replace(cases, value=""), joint))
-        return tuple(found)
+                marks.append(Mark(label, place, mean, replace(cases, value=""), joint))
+        return tuple(marks)
 
 
 def _by_joint(
-    matrix: ResultMatrix, value: str, structures: Mapping[str, str], wanted: Sequence[str]
+    matrix: ResultMatrix, value: str, structures: Mapping[str, str], labels: Sequence[str]
 ) -> list[_JointErrors]:
     """The errors of these structures, of those that have any."""
     parts = breakdown(replace(matrix, values={value: matrix.values[value]}), "joint")
-    found = []
-    for structure in wanted:
+    errors = []
+    for structure in labels:
         here = np.array([structures[info.id] == structure for info in matrix.cases])
         means = {part.part: values.means(part.restricted(here, part.part), value) for part in parts}
         means = {joint: each for joint, each in means.items() if each}
-        targets = sorted({info.target for info, mine in zip(matrix.cases, here, strict=True) if mine})
+        targets = sorted({info.target for info, chosen in zip(matrix.cases, here, strict=True) if chosen})
         if means:
             by_name = {part.part: part for part in parts}
-            found.append(_JointErrors(matrix, structure, tuple(targets), means, by_name, here))
-    return found
+            errors.append(_JointErrors(matrix, structure, tuple(targets), means, by_name, here))
+    return errors
 
 
-def _wanted(
+def _shown_structures(
     matrix: ResultMatrix, structures: Mapping[str, str], structure: str | None, most: int
 ) -> list[str]:
-    """The structure asked for, or those of most cases."""
+    """The named structure, or those of most cases."""
     counts = Counter(structures.values())
     if structure is not None and structure not in counts:
         raise BenchError(
@@ -153,21 +153,23 @@ def skeletons(
     value, and where the data set has no such body.
     """
     what = values.value_of(matrices, value, "joint")
-    found = [
+    by_matrix = [
         errors
         for matrix in values.in_order([each for each in matrices if value in each.values], order)
         for structures in [_structures(matrix, bodies)]
-        for errors in _by_joint(matrix, value, structures, _wanted(matrix, structures, structure, most))
+        for errors in _by_joint(
+            matrix, value, structures, _shown_structures(matrix, structures, structure, most)
+        )
     ]
-    if not found:
+    if not by_matrix:
         raise NothingToDraw(f"no method has {value} on these results; bench table says why")
     drawn = [
         (each, bodies[name])
-        for each in found
+        for each in by_matrix
         for name in [name for name in each.targets if name in bodies][:1]
     ]
     if not drawn:
-        of = found[0].structure if found[0].structure != UNKNOWN else "these"
+        of = by_matrix[0].structure if by_matrix[0].structure != UNKNOWN else "these"
         raise NothingToDraw(f"the data set has no body of {of}")
     headers = values.methods([each.matrix for each, _ in drawn])
     shown = [label for label in headers if not headers[label].method.control] or list(headers)
@@ -193,9 +195,9 @@ def skeletons(
     return Figure("joints", drawn[0][0].matrix.dataset, _title(drawn[0][0]), headers, tuple(charts))
 
 
-def _title(found: _JointErrors) -> str:
-    clips = len({info.clip for info, here in zip(found.matrix.cases, found.here, strict=True) if here})
-    return f"{found.matrix.split}, targets of {found.structure}, {clips} clips"
+def _title(errors: _JointErrors) -> str:
+    clips = len({info.clip for info, here in zip(errors.matrix.cases, errors.here, strict=True) if here})
+    return f"{errors.matrix.split}, targets of {errors.structure}, {clips} clips"
 
 
 def _structures(matrix: ResultMatrix, bodies: Mapping[str, Character]) -> dict[str, str]:

@@ -46,14 +46,14 @@ def recall(matrices: Sequence[ResultMatrix], by_height: bool = False, order: Seq
     """
     suffix = "_h" if by_height else ""
     charts: list[LineChart] = []
-    found = values.in_order([each for each in matrices if f"pan_recall{suffix}" in each.values], order)
+    ordered = values.in_order([each for each in matrices if f"pan_recall{suffix}" in each.values], order)
     for value, name in CONTACTS.items():
-        for each in found:
+        for each in ordered:
             section, lines = _curves(each, value + suffix)
             if lines:
                 x = _across(THRESHOLDS[suffix], lines, log=True)
                 y = Axis(f"{name} of foot contacts", -SIDE, 1 + SIDE)
-                title = f"{each.split}: {section.clips} clips, {section.pairs} pairs"
+                title = f"{each.split}: {section.clip_count} clips, {section.pair_count} pairs"
                 charts.append(LineChart(each.split, title, x, y, lines))
     if not charts:
         raise NothingToDraw(
@@ -61,8 +61,8 @@ def recall(matrices: Sequence[ResultMatrix], by_height: bool = False, order: Seq
             "-m pan_contact, or without -m, computes it from the predictions that there are"
         )
     return Figure(
-        "recall", found[0].dataset, "foot contacts kept, over how slow counts as planted",
-        values.methods(found), tuple(charts), "mean over clips, bands 95 %",
+        "recall", ordered[0].dataset, "foot contacts kept, over how slow counts as planted",
+        values.methods(ordered), tuple(charts), "mean over clips, bands 95 %",
     )  # fmt: skip
 
 
@@ -72,20 +72,20 @@ def growth(
     """A value over the seconds of a clip, a chart per split on one scale; later seconds are those of longer
     clips alone. Raises NothingToDraw."""
     what = values.value_of(matrices, value, "second")
-    found = values.in_order([each for each in matrices if value in each.values], order)
-    headers = values.methods(found)
-    curves = [_curves(each, value) for each in found]
+    ordered = values.in_order([each for each in matrices if value in each.values], order)
+    headers = values.methods(ordered)
+    curves = [_curves(each, value) for each in ordered]
     means: dict[str, list[Mean]] = {}
     for _, lines in curves:
         for line in lines:
             means.setdefault(line.method, []).extend(mark.mean for mark in line.marks)
     y = Axis(what.axis, *axis_limits.limits(means, headers, what.declared, bands=True))
     charts = []
-    for each, (section, lines) in zip(found, curves, strict=True):
+    for each, (section, lines) in zip(ordered, curves, strict=True):
         if lines:
             x = _across("end of the second, s", lines)
-            charts.append(LineChart(each.split, f"{each.split}: {section.clips} clips", x, y, lines))
-    return Figure("growth", found[0].dataset, "error over time", headers, tuple(charts), "bands 95 %")
+            charts.append(LineChart(each.split, f"{each.split}: {section.clip_count} clips", x, y, lines))
+    return Figure("growth", ordered[0].dataset, "error over time", headers, tuple(charts), "bands 95 %")
 
 
 def _curves(matrix: ResultMatrix, value: str) -> tuple[SplitSummary, tuple[Line, ...]]:
@@ -133,34 +133,34 @@ def apart(places: Sequence[float], gap: float, low: float, high: float) -> list[
             (second, many), (first, few) = blocks.pop(), blocks.pop()
             blocks.append(((second * many + first * few) / (many + few), many + few))
     starts = [mean for mean, number in blocks for _ in range(number)]
-    found = [0.0] * len(places)
+    offsets = [0.0] * len(places)
     for place, (each, start) in enumerate(zip(upwards, starts, strict=True)):
-        found[each] = min(max(start, low), high - gap * (len(places) - 1)) + gap * place
-    return found
+        offsets[each] = min(max(start, low), high - gap * (len(places) - 1)) + gap * place
+    return offsets
 
 
 # ------------------------------------------------------------------------------------------------ levels
-def denoise(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence[str] = ()) -> Figure:
+def denoise(matrix: ResultMatrix, halves: Sequence[SeenPart] = (), order: Sequence[str] = ()) -> Figure:
     """The error after denoising over the error before (HuMoT's Figure 8); the diagonal gives the source
     back.
 
-    seen: what trained methods do on structures that training had and had not; theirs are two lines, each
+    halves: what trained methods do on structures that training had and had not; theirs are two lines, each
     over the error of what that half was given. Raises NothingToDraw where no result has both errors.
     """
     (matrix,) = values.in_order([matrix], order)
     sections = _levels(matrix)
-    given = _given(sections)
-    if not given:
+    levels = _source_errors(sections)
+    if not levels:
         raise NothingToDraw(
             f"these results have no {BEFORE} beside {AFTER}, which the metric restoration gives; bench "
             "task denoise with -m restoration, or without -m, computes them"
         )
-    places = {(half.label, half.seen): _given(half.sections) for half in seen}
-    most = max(*given.values(), *(each for half in places.values() for each in half.values()), 1e-3)
-    shown = [section for section in sections if section.part in given]
-    lines = _level_lines(matrix, shown, seen, AFTER, given, places)
-    numbers = {name: definitions.level_number(name) for name in given}
-    ticks = [(given[name], f"{number:g}") for name, number in numbers.items() if number is not None]
+    places = {(half.label, half.seen): _source_errors(half.sections) for half in halves}
+    most = max(*levels.values(), *(each for half in places.values() for each in half.values()), 1e-3)
+    shown = [section for section in sections if section.part in levels]
+    lines = _level_lines(matrix, shown, halves, AFTER, levels, places)
+    numbers = {name: definitions.level_number(name) for name in levels}
+    ticks = [(levels[name], f"{number:g}") for name, number in numbers.items() if number is not None]
     chart = LineChart(
         matrix.split,
         matrix.split,
@@ -174,21 +174,21 @@ def denoise(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence
 
 
 def joint_completion(
-    matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence[str] = ()
+    matrix: ResultMatrix, halves: Sequence[SeenPart] = (), order: Sequence[str] = ()
 ) -> Figure:
     """The error over the proportion of joints that are given (HuMoT's Figure 9), of all joints and of those
     that are missing; beside the lines, which are of random draws, the major joints of its Figure 12.
 
-    seen: as for ``denoise``. Raises NothingToDraw where no result has the errors.
+    halves: as for ``denoise``. Raises NothingToDraw where no result has the errors.
     """
     (matrix,) = values.in_order([matrix], order)
     sections = _levels(matrix)
-    given = {each.part: at for each in sections if (at := definitions.level_number(each.part)) is not None}
+    shares = {each.part: at for each in sections if (at := definitions.level_number(each.part)) is not None}
     share = major_share(row.paths for row in matrix.rows)
     extra = {MAJOR: share} if share is not None else {}
     charts = []
     for value, title in TITLES.items():
-        lines = _level_lines(matrix, sections, seen, value, given, extra=extra)
+        lines = _level_lines(matrix, sections, halves, value, shares, extra=extra)
         if not lines and value == AFTER:
             raise NothingToDraw(
                 "these results have no restored_cm, which the metric restoration gives; a "
@@ -218,7 +218,7 @@ def major_share(places: Iterable[ResultPaths]) -> float | None:
 def _task_figure(
     kind: str, matrix: ResultMatrix, sections: Sequence[SplitSummary], charts: Sequence[LineChart]
 ) -> Figure:
-    title = f"{sections[0].clips} clips at every level"
+    title = f"{sections[0].clip_count} clips at every level"
     note = "mean over clips, bands 95 %"
     return Figure(kind, matrix.dataset, title, values.methods([matrix]), tuple(charts), note)
 
@@ -230,37 +230,37 @@ def _levels(matrix: ResultMatrix) -> list[SplitSummary]:
         raise NothingToDraw(str(error)) from error
 
 
-def _given(sections: Iterable[SplitSummary]) -> dict[str, float]:
+def _source_errors(sections: Iterable[SplitSummary]) -> dict[str, float]:
     """Level -> the error of its sources, of a method that answered most cases."""
-    found = {}
+    numbers = {}
     for section in sections:
-        known = [
+        levels = [
             (mean.n, mean.value)
             for score in section.scores
             if AFTER in score.means and (mean := score.means.get(BEFORE)) is not None
         ]
-        if known:
-            found[section.part] = max(known)[1]
-    return found
+        if levels:
+            numbers[section.part] = max(levels)[1]
+    return numbers
 
 
 def _level_lines(
     matrix: ResultMatrix,
     sections: Sequence[SplitSummary],
-    seen: Sequence[SeenPart],
+    split_parts: Sequence[SeenPart],
     value: str,
     at: Mapping[str, float],
     places: Mapping[tuple[str, bool], Mapping[str, float]] | None = None,
     extra: Mapping[str, float] | None = None,
 ) -> tuple[Line, ...]:
-    """A line per method that has the value anywhere; two of methods that ``seen`` has.
+    """A line per method that has the value anywhere; two of methods that ``split_parts`` has.
 
     at: level -> its place. places: half -> its own places. extra: level -> place of what stands beside
     lines.
     """
-    found = []
+    lines = []
     for label in values.methods([matrix]):
-        halves: list[SeenPart | None] = [each for each in seen if each.label == label] or [None]
+        halves: list[SeenPart | None] = [each for each in split_parts if each.label == label] or [None]
         for half in halves:
             own = (places or {}).get((label, half.seen), at) if half else at
             parts = half.sections if half else sections
@@ -268,8 +268,8 @@ def _level_lines(
             beside = _level_marks(matrix, parts, half, label, value, extra or {})
             if marks or beside:
                 name = _line_name(label, half, parts)
-                found.append(Line(label, name, marks, half.seen if half else None, beside))
-    return tuple(found)
+                lines.append(Line(label, name, marks, half.seen if half else None, beside))
+    return tuple(lines)
 
 
 def _level_marks(
@@ -280,25 +280,25 @@ def _level_marks(
     value: str,
     at: Mapping[str, float],
 ) -> tuple[Mark, ...]:
-    found = []
+    marks = []
     for section in sections:
         mean = next((s.means.get(value) for s in section.scores if s.label == label), None)
         if mean is not None and section.part in at:
             level = section.part
             cases = Cases(matrix.split, value, ("level", level))
             cases = cases if half is None else _half_cases(matrix, half, value, level)
-            found.append(Mark(label, at[level], mean, cases, level))
-    return tuple(sorted(found, key=lambda mark: mark.at))
+            marks.append(Mark(label, at[level], mean, cases, level))
+    return tuple(sorted(marks, key=lambda mark: mark.at))
 
 
 def _half_cases(matrix: ResultMatrix, half: SeenPart, value: str, level: str) -> Cases:
     """The worst cases of one level on structures that training had, or had not."""
     structure_of = structures_of(matrix)
     (part,) = (each for each in breakdown(matrix, "level") if each.part == level)
-    mine = {info.id for info in part.cases if structure_of[info.id] in half.structures}
+    ids = {info.id for info in part.cases if structure_of[info.id] in half.structures}
     numbers = values.numbers_at(matrix, value)(half.label, "")
-    kept = np.where([info.id in mine for info in matrix.cases], numbers, np.nan)
-    return values.worst(matrix, value, kept, f"{matrix.values[value].label}, {level}")
+    shown = np.where([info.id in ids for info in matrix.cases], numbers, np.nan)
+    return values.worst(matrix, value, shown, f"{matrix.values[value].label}, {level}")
 
 
 def _line_name(label: str, half: SeenPart | None, sections: Sequence[SplitSummary]) -> str:
@@ -309,5 +309,5 @@ def _line_name(label: str, half: SeenPart | None, sections: Sequence[SplitSummar
         label = f"{label} ({'seen' if half.seen else 'unseen'}: {which})"
     method = half.label if half else label
     scores = [score for section in sections for score in section.scores if score.label == method]
-    ok, asked = (sum(getattr(score, what) for score in scores) for what in ("ok", "asked"))
-    return label if ok == asked else f"{label} ({ok} of {asked} cases)"
+    ok, total = (sum(getattr(score, what) for score in scores) for what in ("ok", "asked"))
+    return label if ok == total else f"{label} ({ok} of {total} cases)"

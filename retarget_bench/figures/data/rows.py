@@ -36,9 +36,9 @@ def kinds(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = (
     """A row per kind of performance and a mark per method, a chart per split; the kind with the median
     method's largest error at the top. Raises NothingToDraw where no result has the value."""
     what = values.value_of(matrices, value)
-    found = values.in_order([each for each in matrices if value in each.values], order)
+    ordered = values.in_order([each for each in matrices if value in each.values], order)
     charts = []
-    for matrix in found:
+    for matrix in ordered:
         parts = {part.part: values.means(part, value) for part in breakdown(matrix.narrowed(value), "kind")}
         middle = {
             kind: median(mean.value for mean in each.values()) for kind, each in parts.items() if each
@@ -55,7 +55,7 @@ def kinds(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = (
         }
         charts.append(_rows(matrix, matrix.split, names, marks, what))
     title = "by kind of performance"
-    return Figure("kinds", found[0].dataset, title, values.methods(found), tuple(charts), "bars 95 %")
+    return Figure("kinds", ordered[0].dataset, title, values.methods(ordered), tuple(charts), "bars 95 %")
 
 
 def _rows(
@@ -111,10 +111,10 @@ def speed(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = (
     """A mark per method over its frames per second, a chart per split. Raises NothingToDraw where no method
     has both."""
     what = values.value_of(matrices, value)
-    found = values.in_order(matrices, order)
-    headers = values.methods(found)
+    ordered = values.in_order(matrices, order)
+    headers = values.methods(ordered)
     charts = []
-    for matrix in found:
+    for matrix in ordered:
         section = split_summary(matrix.narrowed(value))
         marks = tuple(
             Mark(s.label, s.fps, s.means[value], Cases(matrix.split, value), hollow=bool(s.unranked))
@@ -125,7 +125,7 @@ def speed(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = (
             ends = axis_limits.limits({m.method: [m.mean] for m in marks}, headers, what.declared)
             rates = [mark.at for mark in marks]
             x = Axis("frames per second, one thread", min(rates) / 1.5, max(rates) * 1.5, log=True)
-            title = f"{matrix.split}: {section.clips} clips"
+            title = f"{matrix.split}: {section.clip_count} clips"
             front = best([mark for mark in marks if not mark.hollow], what.declared)
             charts.append(PointChart(matrix.split, title, x, Axis(what.axis, *ends), marks, tuple(front)))
     if not charts:
@@ -134,7 +134,7 @@ def speed(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = (
             "made elsewhere have none"
         )
     return Figure(
-        "speed", found[0].dataset, "quality against speed", headers, tuple(charts),
+        "speed", ordered[0].dataset, "quality against speed", headers, tuple(charts),
         "bars 95 %; hollow: not ranked",
     )  # fmt: skip
 
@@ -157,10 +157,10 @@ def best(marks: Sequence[Mark], declared: DeclaredValue) -> list[Mark]:
 def clips(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = ()) -> Figure:
     """The distribution of each method over clips: quantiles, and a mark per clip."""
     what = values.value_of(matrices, value)
-    found = values.in_order([each for each in matrices if value in each.values], order)
+    ordered = values.in_order([each for each in matrices if value in each.values], order)
     charts = []
-    for matrix in found:
-        per_clip = statistics.per_clip(values.common_numbers(matrix, value), matrix.clips)
+    for matrix in ordered:
+        per_clip = statistics.per_clip(values.common_numbers(matrix, value)[0], matrix.clips)
         names = list(dict.fromkeys(info.clip for info in matrix.cases))
         boxes, numbers = [], []
         for row, each in zip(matrix.rows, per_clip, strict=True):
@@ -175,7 +175,7 @@ def clips(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = (
                 BoxChart(matrix.split, matrix.split, Axis(what.axis, low, end, cut=cut), tuple(boxes))
             )
     return Figure(
-        "clips", found[0].dataset, "distribution over clips", values.methods(found), tuple(charts)
+        "clips", ordered[0].dataset, "distribution over clips", values.methods(ordered), tuple(charts)
     )
 
 

@@ -38,7 +38,7 @@ class Value:
         return "" if self.declared.unit == "1" else self.declared.unit
 
     def losses(self, numbers: np.ndarray) -> np.ndarray:
-        """The same shape: how bad each number is."""
+        """Losses of the same shape: less is better."""
         return statistics.losses(numbers, self.declared.better, self.declared.goal)
 
 
@@ -81,27 +81,19 @@ def ranked(matrices: Sequence[ResultMatrix]) -> list[str]:
     return [label for label, header in methods(matrices).items() if not ranking.unranked(header)]
 
 
-def common_numbers(matrix: ResultMatrix, value: str) -> np.ndarray:
-    """``(methods, cases)`` of a value, as in tables: of ranked methods on their common cases alone."""
-    numbers = matrix.numbers((value, ""))
-    common, among = common_cases(matrix, value)
-    numbers[among] = np.where(common, numbers[among], np.nan)
-    return numbers
-
-
-def common_cases(matrix: ResultMatrix, value: str) -> tuple[np.ndarray, np.ndarray]:
-    """``(cases,)`` bool: those that all ranked methods have this value of; and ``(methods,)`` bool: whose
-    means are over those alone."""
+def common_numbers(matrix: ResultMatrix, value: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """``(methods, cases)`` of a value, as in tables: of ranked methods on their common cases alone;
+    ``(cases,)`` bool: these cases; and ``(methods,)`` bool: whose means are over them alone."""
     numbers = matrix.numbers((value, ""))
     ranked = np.array([not ranking.unranked(row.header) for row in matrix.rows])
-    return ranking.common_cases(numbers, ranked)[:2]
+    return numbers, *ranking.common_cases(numbers, ranked)[:2]
 
 
 def means(matrix: ResultMatrix, value: str) -> dict[str, Mean]:
     """Label -> the mean over clips of means over cases, as in tables, of methods that have one."""
-    found = summary.means_over_clips(common_numbers(matrix, value), matrix.clips)
+    intervals_of = summary.means_over_clips(common_numbers(matrix, value)[0], matrix.clips)
     labels = [row.label for row in matrix.rows]
-    return {label: mean for label, mean in zip(labels, found, strict=True) if mean is not None}
+    return {label: mean for label, mean in zip(labels, intervals_of, strict=True) if mean is not None}
 
 
 def worst(
@@ -114,19 +106,19 @@ def worst(
     """The worst of ``(cases,)`` numbers of a value (as it is declared), each with its number."""
     loss = Value(value, matrix.values[value]).losses(numbers)
     order = np.argsort(-loss, kind="stable")[: int((~np.isnan(loss)).sum())][:most]
-    found = tuple((int(case), float(numbers[case])) for case in order)
-    return Cases(matrix.split, value, worst=found, what=what)
+    worst_cases = tuple((int(case), float(numbers[case])) for case in order)
+    return Cases(matrix.split, value, worst=worst_cases, what=what)
 
 
 def numbers_at(matrix: ResultMatrix, value: str) -> Callable[[str, str], np.ndarray]:
     """A function from a label and a point of a curve ("" for a plain value) to ``(cases,)`` numbers."""
     rows = {row.label: number for number, row in enumerate(matrix.rows)}
-    known: dict[str, np.ndarray] = {}
+    cached: dict[str, np.ndarray] = {}
 
     def at(label: str, index: str = "") -> np.ndarray:
-        if index not in known:
-            known[index] = matrix.numbers((value, index))
-        found: np.ndarray = known[index][rows[label]]
-        return found
+        if index not in cached:
+            cached[index] = matrix.numbers((value, index))
+        column: np.ndarray = cached[index][rows[label]]
+        return column
 
     return at

@@ -28,11 +28,11 @@ NARROW = 0.02
 
 
 def spread(frames: int) -> list[int]:
-    """The frames that are drawn unasked: from the first to the last, each once."""
+    """The frames that are drawn by default: from the first to the last, each once."""
     return sorted({int(frame) for frame in np.linspace(0, frames - 1, UNASKED).round()})
 
 
-def draw(path: Path, found: Attention, source: Motion, frames: Sequence[int], title: str) -> None:
+def draw(path: Path, attention: Attention, source: Motion, frames: Sequence[int], title: str) -> None:
     """Poses side by side, bones coloured by the weight of the joint that they lead to; all joints over
     time below, by part.
 
@@ -43,29 +43,29 @@ def draw(path: Path, found: Attention, source: Motion, frames: Sequence[int], ti
     from matplotlib.colors import Normalize
 
     canvas.ending(path)
-    known = found.weights[:, found.sees]
-    least, most = float(known.min()), float(known.max())
-    rows = int(found.sees.sum())
+    weights = attention.weights[:, attention.sees]
+    least, most = float(weights.min()), float(weights.max())
+    rows = int(attention.sees.sum())
     wide, strip = max(6.4, 1.5 * len(frames) + 1.6), 0.9 + 0.13 * rows
     scale = ScalarMappable(Normalize(least, max(most, least + NARROW)), canvas.errors_map())
     with canvas.drawn(path, wide, 3.1 + strip) as figure:
         poses, below = figure.subplots(2, 1, height_ratios=(2.8, strip))
-        _poses(poses, found, source, frames, scale)
-        _strip(below, found, source, frames, scale)
+        _poses(poses, attention, source, frames, scale)
+        _strip(below, attention, source, frames, scale)
         figure.colorbar(scale, ax=[poses, below], label="attention weight", pad=0.01, aspect=40)
-        figure.suptitle("\n".join(line for line in (title, found.note) if line), fontsize=8)
+        figure.suptitle("\n".join(line for line in (title, attention.note) if line), fontsize=8)
 
 
 # -------------------------------------------------------------------------------------------------- poses
-def _poses(panel: Any, found: Attention, source: Motion, frames: Sequence[int], scale: Any) -> None:
+def _poses(panel: Any, attention: Attention, source: Motion, frames: Sequence[int], scale: Any) -> None:
     """The poses from left to right, each from where its front is, all of one size and on one floor."""
-    seen = projected(source, frames)
+    poses_2d = projected(source, frames)
     floor = projected(source, spread(source.frames))[..., 1].min()
-    step = 1.15 * max(float(np.ptp(seen[..., 0], axis=1).max()), 0.4 * source.character.height)
-    for place, (frame, pose) in enumerate(zip(frames, seen, strict=True)):
+    step = 1.15 * max(float(np.ptp(poses_2d[..., 0], axis=1).max()), 0.4 * source.character.height)
+    for place, (frame, pose) in enumerate(zip(frames, poses_2d, strict=True)):
         middle = 0.5 * (pose[:, 0].min() + pose[:, 0].max())
         pose[:, 0] += place * step - middle
-        _pose(panel, found, source, frame, pose, scale)
+        _pose(panel, attention, source, frame, pose, scale)
         panel.annotate(f"{frame / source.fps:.2f} s", (place * step, floor), (0, -4), fontsize=8,
                        textcoords="offset points", ha="center", va="top")  # fmt: skip
     panel.set(aspect="equal", xticks=[], yticks=[])
@@ -74,12 +74,14 @@ def _poses(panel: Any, found: Attention, source: Motion, frames: Sequence[int], 
     panel.spines[:].set_visible(False)
 
 
-def _pose(panel: Any, found: Attention, source: Motion, frame: int, pose: np.ndarray, scale: Any) -> None:
-    """pose: ``(joints, 3)`` right, up, towards the one who looks; bones that are nearer lie on top."""
+def _pose(
+    panel: Any, attention: Attention, source: Motion, frame: int, pose: np.ndarray, scale: Any
+) -> None:
+    """Draw a pose, nearer bones on top. pose: ``(joints, 3)`` right, up and towards the viewer."""
     from matplotlib.collections import LineCollection
     from matplotlib.patheffects import Normal, Stroke
 
-    weight = {int(j): w for j, w in zip(found.joints, found.largest[frame], strict=True)}
+    weight = {int(j): w for j, w in zip(attention.joints, attention.largest[frame], strict=True)}
     parents = source.skeleton.parents
     bones = [joint for joint in range(len(parents)) if parents[joint] >= 0]
     bones.sort(key=lambda joint: pose[joint, 2] + pose[parents[joint], 2])
@@ -94,7 +96,7 @@ def _pose(panel: Any, found: Attention, source: Motion, frame: int, pose: np.nda
 
 
 def projected(source: Motion, frames: Sequence[int]) -> np.ndarray:
-    """``(len(frames), joints, 3)`` metres: right, up and towards the one who looks, a little from above and
+    """``(len(frames), joints, 3)`` metres: right, up and towards the viewer, a little from above and
     from beside where the body faces in each frame. The level origin is at the root joint."""
     character = source.character
     places = source.positions[list(frames)]
@@ -109,23 +111,23 @@ def projected(source: Motion, frames: Sequence[int]) -> np.ndarray:
 
 
 # -------------------------------------------------------------------------------------------------- strip
-def _strip(panel: Any, found: Attention, source: Motion, frames: Sequence[int], scale: Any) -> None:
+def _strip(panel: Any, attention: Attention, source: Motion, frames: Sequence[int], scale: Any) -> None:
     """A row for each joint that a part sees, part by part; time goes to the right."""
-    rows = np.argwhere(found.sees)
-    values = found.weights[:, rows[:, 0], rows[:, 1]].T
+    rows = np.argwhere(attention.sees)
+    values = attention.weights[:, rows[:, 0], rows[:, 1]].T
     half, last = 0.5 / source.fps, (source.frames - 1) / source.fps
     panel.imshow(
         values, cmap=scale.cmap, norm=scale.norm, aspect="auto", interpolation="nearest",
         extent=(-half, last + half, len(rows) - 0.5, -0.5),
     )  # fmt: skip
-    names = [source.skeleton.names[found.joints[joint]] for _, joint in rows]
+    names = [source.skeleton.names[attention.joints[joint]] for _, joint in rows]
     panel.set_yticks(range(len(rows)), names, fontsize=6)
     panel.tick_params(axis="y", length=0)
     panel.set_xlabel("seconds")
     panel.grid(visible=False)
     for frame in frames:
         panel.axvline(frame / source.fps, color="0.1", linestyle=":", linewidth=0.8)
-    for part, name in enumerate(found.parts):
+    for part, name in enumerate(attention.parts):
         own = np.flatnonzero(rows[:, 0] == part)
         panel.text(last + half, own.mean(), f" {name.replace('_', ' ')}", fontsize=7, va="center")
         if own[0]:

@@ -33,7 +33,7 @@ HEADING = 0.14
 """Inches of another line of a name above a panel."""
 LONGEST = 60
 BEYOND = "outside: off the scale"
-LOOK: dict[str, Any] = {
+RC_PARAMS: dict[str, Any] = {
     "font.size": 8, "axes.titlesize": 8, "axes.labelsize": 8, "figure.titlesize": 8, "figure.labelsize": 8,
     "xtick.labelsize": 7, "ytick.labelsize": 7, "legend.fontsize": 7,
     "axes.grid": True, "grid.alpha": 0.3, "grid.linewidth": 0.5, "axes.linewidth": 0.6,
@@ -57,13 +57,13 @@ class Page:
     titled: bool = True
     ranked: Mapping[str, ResultHeader] = field(default_factory=dict)
 
-    def across(self, wanted: float) -> int:
+    def across(self, width: float) -> int:
         """Number of panels of so many inches side by side: one at least."""
-        return max(1, int(self.width / wanted))
+        return max(1, int(self.width / width))
 
 
 PAGE = Page()
-Looks = Mapping[str, Mapping[str, Any]]
+MarkStyles = Mapping[str, Mapping[str, Any]]
 """Label -> matplotlib properties of its lines and marks."""
 
 
@@ -85,7 +85,7 @@ def drawn(path: Path, width: float, height: float) -> Iterator[Figure]:
     from matplotlib.figure import Figure
 
     form = ending(path)
-    with style.context(["default", LOOK]), warnings.catch_warnings():
+    with style.context(["default", RC_PARAMS]), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing")  # a letter that no font has is a box
         figure = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)
@@ -124,10 +124,10 @@ def wrapped(text: str, width: float) -> str:
 
 def heading(name: str, width: float) -> str:
     """A method's name above a panel of so many inches: one that is too long has its parameters below it."""
-    known = drawable(name)
-    if LETTER * len(known) <= width:
-        return known
-    parts = known.replace("[", "\n[", 1).splitlines()
+    text = drawable(name)
+    if LETTER * len(text) <= width:
+        return text
+    parts = text.replace("[", "\n[", 1).splitlines()
     return "\n".join(wrapped(part, 1.1 * width) for part in parts)  # panels stand a little apart
 
 
@@ -136,8 +136,8 @@ def headed(names: Sequence[str], width: float) -> float:
     return HEADING * max(heading(name, width).count("\n") for name in names)
 
 
-def looks(headers: Mapping[str, ResultHeader], page: Page = PAGE) -> dict[str, dict[str, Any]]:
-    """Label -> what matplotlib takes for its lines and marks, the same in every panel.
+def mark_styles(headers: Mapping[str, ResultHeader], page: Page = PAGE) -> dict[str, dict[str, Any]]:
+    """Label -> matplotlib properties of its lines and marks, the same in every panel.
 
     headers: label -> the header of its results. Colours are by rank where the page knows it, else in the
     order of the headers.
@@ -189,13 +189,13 @@ LINE = 7.0
 """Points between two rows of marks above a panel."""
 
 
-def filled(mark: model.Mark, looks: Looks) -> dict[str, Any]:
+def filled(mark: model.Mark, styles: MarkStyles) -> dict[str, Any]:
     """The matplotlib properties of a mark without a line."""
     hollow = {"markerfacecolor": "white"} if mark.hollow else {}
-    return {**looks[mark.method], **hollow, "linestyle": "none"}
+    return {**styles[mark.method], **hollow, "linestyle": "none"}
 
 
-def far_beside(panel: Any, far: Sequence[model.Mark], looks: Looks) -> float:
+def far_beside(panel: Any, far: Sequence[model.Mark], styles: MarkStyles) -> float:
     """Draw marks beyond the axis at the right of the panel, the farthest first in each row; of more than
     ``NUMBERS`` only the first has its number. Returns the points that the longest row takes."""
     longest = 0.0
@@ -204,21 +204,21 @@ def far_beside(panel: Any, far: Sequence[model.Mark], looks: Looks) -> float:
         out = 0.5 * MARK
         for place, mark in enumerate(here):
             text = short(mark.mean.value) if place == 0 or len(here) <= NUMBERS else ""
-            _mark(panel, panel.get_yaxis_transform(), (1.0, row), (out, 0.0), text, filled(mark, looks))
+            _mark(panel, panel.get_yaxis_transform(), (1.0, row), (out, 0.0), text, filled(mark, styles))
             out += _wide(text)
         longest = max(longest, out)
     return longest
 
 
-def far_above(panels: Sequence[tuple[Any, Any]], looks: Looks) -> None:
+def far_above(panels: Sequence[tuple[Any, Any]], styles: MarkStyles) -> None:
     """Draw the marks beyond the y axis above each panel of a chart, in rows where marks would overlap;
     titles give way."""
-    most = max((_above(panel, chart.far, looks) for panel, chart in panels), default=0)
+    most = max((_above(panel, chart.far, styles) for panel, chart in panels), default=0)
     for panel, _ in panels if most else ():
         panel.set_title(panel.get_title(), pad=LINE * (most + 0.6))
 
 
-def _above(panel: Any, far: Sequence[model.Mark], looks: Looks) -> int:
+def _above(panel: Any, far: Sequence[model.Mark], styles: MarkStyles) -> int:
     """Draw the marks of one panel; returns the number of rows that they take."""
     along = panel.get_xaxis_transform()
     rows: list[list[tuple[float, float]]] = []
@@ -233,7 +233,9 @@ def _above(panel: Any, far: Sequence[model.Mark], looks: Looks) -> int:
         row = next(free, len(rows))
         rows += [[]] if row == len(rows) else []
         rows[row].append(span)
-        _mark(panel, along, (mark.at, 1.0), (0.0, LINE * (row + 0.6)), text, filled(mark, looks), left=left)
+        _mark(
+            panel, along, (mark.at, 1.0), (0.0, LINE * (row + 0.6)), text, filled(mark, styles), left=left
+        )
     return len(rows)
 
 
@@ -247,7 +249,7 @@ def _mark(
     at: tuple[float, float],
     out: tuple[float, float],
     text: str,
-    look: Mapping[str, Any],
+    style: Mapping[str, Any],
     *,
     left: bool = False,
 ) -> None:
@@ -255,7 +257,7 @@ def _mark(
     from matplotlib.transforms import ScaledTranslation
 
     moved = along + ScaledTranslation(out[0] / 72.0, out[1] / 72.0, panel.figure.dpi_scale_trans)
-    plain = {**look, "linestyle": "none", "markersize": min(3.5, look["markersize"])}
+    plain = {**style, "linestyle": "none", "markersize": min(3.5, style["markersize"])}
     panel.plot(*([each] for each in at), transform=moved, clip_on=False, **plain)
     panel.annotate(
         text, at, (out[0] + (-0.6 if left else 0.6) * MARK, out[1]), xycoords=along, fontsize=SIZE,

@@ -26,7 +26,7 @@ from retarget_bench.figures.data.model import (
 )  # fmt: skip
 from retarget_bench.figures.data.rows import lift
 from retarget_bench.figures.plotting import canvas
-from retarget_bench.figures.plotting.canvas import Looks, filled
+from retarget_bench.figures.plotting.canvas import MarkStyles, filled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawn
@@ -82,7 +82,7 @@ def _panels(
 def lines(path: Path, data: Figure, charts: Sequence[LineChart], page: canvas.Page) -> None:
     """A panel per chart; a line per method with a band where all of it has intervals."""
     shown, across = _arranged(charts, page.across(WIDE.get(data.kind, 1.9)))
-    looks = canvas.looks(data.methods, page)
+    styles = canvas.mark_styles(data.methods, page)
     down = len(shown) // across
     height = 0.75 * min(page.width, 4.2) if data.kind == "denoise" else HEIGHTS[data.kind] * down
     with _panels(path, data, page, 0.5 + height, shown, across) as (figure, panels):
@@ -91,8 +91,8 @@ def lines(path: Path, data: Figure, charts: Sequence[LineChart], page: canvas.Pa
                 ends = [0, min(chart.x.high, chart.y.high)]
                 axes.plot(ends, ends, color="0.6", linewidth=0.8, linestyle=(0, (1, 2)), zorder=1)
             for line in chart.lines:
-                _line(axes, line, looks)
-            _axis(axes.xaxis, chart.x, whole=data.kind == "growth")
+                _line(axes, line, styles)
+            _axis(axes.xaxis, chart.x, integers=data.kind == "growth")
             _axis(axes.yaxis, chart.y)
             axes.set_title(chart.title)
             at = figure.axes.index(axes)
@@ -110,7 +110,7 @@ def lines(path: Path, data: Figure, charts: Sequence[LineChart], page: canvas.Pa
                 top.set_xticks([at for at, _ in ticks], [text for _, text in ticks])
                 top.set_xlabel(label)
                 axes.set_title("")
-        canvas.far_above(panels, looks)
+        canvas.far_above(panels, styles)
 
 
 def _arranged(charts: Sequence[LineChart], most: int) -> tuple[list[LineChart | None], int]:
@@ -126,18 +126,18 @@ def _arranged(charts: Sequence[LineChart], most: int) -> tuple[list[LineChart | 
     return [chart for row in rows for chart in [*row, *[None] * (across - len(row))]], across
 
 
-def _line(axes: Any, line: Line, looks: Looks) -> None:
-    look = dict(looks[line.method])
+def _line(axes: Any, line: Line, styles: MarkStyles) -> None:
+    style = dict(styles[line.method])
     if line.seen is False:
-        look |= {"linestyle": "--", "markerfacecolor": "white"}
+        style |= {"linestyle": "--", "markerfacecolor": "white"}
     at = [mark.at for mark in line.marks]
-    axes.plot(at, [mark.mean.value for mark in line.marks], label=canvas.drawable(line.name), **look)
+    axes.plot(at, [mark.mean.value for mark in line.marks], label=canvas.drawable(line.name), **style)
     if line.banded:
         spans = [mark.mean.interval for mark in line.marks if mark.mean.interval is not None]
         low, high = [span.low for span in spans], [span.high for span in spans]
-        axes.fill_between(at, low, high, color=look["color"], alpha=0.12, linewidth=0)
+        axes.fill_between(at, low, high, color=style["color"], alpha=0.12, linewidth=0)
     for mark in line.extra:
-        axes.plot([mark.at], [mark.mean.value], **look | {"markerfacecolor": "white", "markersize": 6})
+        axes.plot([mark.at], [mark.mean.value], **style | {"markerfacecolor": "white", "markersize": 6})
 
 
 def _named_at_ends(figure: Drawn, panels: Sequence[tuple[Any, LineChart]], across: int) -> bool:
@@ -152,13 +152,13 @@ def _named_at_ends(figure: Drawn, panels: Sequence[tuple[Any, LineChart]], acros
         return False
     figure.draw_without_rendering()  # gives panels their heights
     placed = []
-    for (*_, (axes, chart)), wanted in zip(rows.values(), names, strict=True):
+    for (*_, (axes, chart)), labels in zip(rows.values(), names, strict=True):
         lines = [line for line in chart.lines if line.marks]
         low, high = chart.y.low, chart.y.high
         ends = [min(max(line.marks[-1].mean.value, low), high) for line in lines]
         gap = NAME_GAP / 72.0 * figure.dpi / axes.bbox.height
         heights = apart([(end - low) / (high - low) for end in ends], gap, 0.0, 1.0)
-        if heights is None or wanted != {line.name for line in lines}:
+        if heights is None or labels != {line.name for line in lines}:
             return False
         placed.append((axes, lines, ends, heights))
     for axes, lines, ends, heights in placed:
@@ -200,7 +200,7 @@ def rows(path: Path, data: Figure, charts: Sequence[RowChart], page: canvas.Page
         0.62 + row * max(len(chart.rows) for chart in charts[first : first + across])
         for first in range(0, len(charts), across)
     ]
-    looks = canvas.looks(data.methods, page)
+    styles = canvas.mark_styles(data.methods, page)
     with _panels(path, data, page, sum(heights) + 0.2, charts, across, height_ratios=heights) as (
         _,
         panels,
@@ -208,23 +208,23 @@ def rows(path: Path, data: Figure, charts: Sequence[RowChart], page: canvas.Page
         for axes, chart in panels:
             for place, (label, marks) in enumerate(chart.marks.items()):
                 shift = 0.0 if chart.together else SHARE * ((place + 0.5) / len(chart.marks) - 0.5)
-                _row_marks(axes, label, marks, shift, looks, named=not chart.together)
+                _row_marks(axes, label, marks, shift, styles, labelled=not chart.together)
             for at in range(0, len(chart.rows), 2) if not chart.together else ():
                 axes.axhspan(at - 0.5, at + 0.5, color="0.5", alpha=0.08, linewidth=0)
             _row_axes(axes, chart.title, chart.axis, chart.rows, 0.6 * page.width / across)
             axes.tick_params(axis="y", length=0)
-            _bars(axes, chart.joined, canvas.far_beside(axes, chart.far, looks))
+            _bars(axes, chart.joined, canvas.far_beside(axes, chart.far, styles))
 
 
 def _row_marks(
-    axes: Any, label: str, marks: Sequence[Mark], shift: float, looks: Looks, *, named: bool
+    axes: Any, label: str, marks: Sequence[Mark], shift: float, styles: MarkStyles, *, labelled: bool
 ) -> None:
-    look = {**filled(marks[0], looks), **({"label": canvas.drawable(label)} if named else {})}
-    axes.plot([mark.mean.value for mark in marks], [mark.at + shift for mark in marks], **look)
+    style = {**filled(marks[0], styles), **({"label": canvas.drawable(label)} if labelled else {})}
+    axes.plot([mark.mean.value for mark in marks], [mark.at + shift for mark in marks], **style)
     spans = [(mark.at + shift, mark.mean.interval) for mark in marks if mark.mean.interval is not None]
     axes.hlines(
         [at for at, _ in spans], [span.low for _, span in spans], [span.high for _, span in spans],
-        color=look["color"], linewidth=0.9 if named else 1.2,
+        color=style["color"], linewidth=0.9 if labelled else 1.2,
     )  # fmt: skip
 
 
@@ -236,15 +236,15 @@ def _row_axes(axes: Any, title: str, axis: Axis, names: Sequence[str], width: fl
     axes.grid(visible=False, axis="y")
 
 
-def _bars(axes: Any, groups: Sequence[Sequence[int]], taken: float) -> None:
+def _bars(axes: Any, groups: Sequence[Sequence[int]], extent: float) -> None:
     """A bar per group at the right of the panel, with a dot for each of its members.
 
-    taken: points at the panel's right that numbers stand on.
+    extent: points at the panel's right that numbers stand on.
     """
     from matplotlib.transforms import ScaledTranslation
 
     for place, group in enumerate(groups):
-        out = (taken + STEP * (place + 0.7)) / 72.0
+        out = (extent + STEP * (place + 0.7)) / 72.0
         across = axes.get_yaxis_transform() + ScaledTranslation(out, 0.0, axes.figure.dpi_scale_trans)
         axes.plot([1.0] * len(group), group, transform=across, clip_on=False, color="0.15", linewidth=1.6,
                   marker="o", markersize=3)  # fmt: skip
@@ -254,33 +254,33 @@ def _bars(axes: Any, groups: Sequence[Sequence[int]], taken: float) -> None:
 def points(path: Path, data: Figure, charts: Sequence[PointChart], page: canvas.Page) -> None:
     """A mark per method with its interval upwards; faint steps join those that no other beats in both."""
     across = min(len(charts), page.across(1.9))
-    looks = canvas.looks(data.methods, page)
+    styles = canvas.mark_styles(data.methods, page)
     height = 0.4 + 2.1 * -(-len(charts) // across)
     with _panels(path, data, page, height, charts, across) as (_, panels):
         for at, (axes, chart) in enumerate(panels):
             for mark in chart.marks:
-                look = filled(mark, looks) | {"markersize": 5.5, "label": canvas.drawable(mark.method)}
-                axes.plot([mark.at], [mark.mean.value], **look, zorder=3)
+                style = filled(mark, styles) | {"markersize": 5.5, "label": canvas.drawable(mark.method)}
+                axes.plot([mark.at], [mark.mean.value], **style, zorder=3)
                 if (span := mark.mean.interval) is not None:
-                    axes.vlines(mark.at, span.low, span.high, color=look["color"], linewidth=0.9)
+                    axes.vlines(mark.at, span.low, span.high, color=style["color"], linewidth=0.9)
             if len(chart.front) > 1:
                 front = [(mark.at, mark.mean.value) for mark in chart.front]
                 axes.step(*zip(*front, strict=True), where="pre", color="0.7", linewidth=0.8, zorder=1)
             axes.set_title(chart.title)
             _axis(axes.xaxis, chart.x)
             _axis(axes.yaxis, chart.y, labelled=at % across == 0)
-        canvas.far_above(panels, looks)
+        canvas.far_above(panels, styles)
 
 
 # ------------------------------------------------------------------------------------------------- boxes
 def boxes(path: Path, data: Figure, charts: Sequence[BoxChart], page: canvas.Page) -> None:
     """A box per method with its median, whiskers from 5 to 95 %, and a dot per clip."""
     heights = [0.62 + 0.19 * len(chart.boxes) for chart in charts]
-    looks = canvas.looks(data.methods, page)
+    styles = canvas.mark_styles(data.methods, page)
     with _panels(path, data, page, sum(heights) + 0.2, charts, 1, height_ratios=heights) as (_, panels):
         for axes, chart in panels:
             for row, box in enumerate(chart.boxes):
-                colour = looks[box.method]["color"]
+                colour = styles[box.method]["color"]
                 low, first, middle, third, high = box.quantiles
                 axes.plot([low, high], [row, row], color=colour, linewidth=0.9)
                 axes.barh(row, third - first, 0.6, first, color=colour, alpha=0.2)
@@ -293,9 +293,9 @@ def boxes(path: Path, data: Figure, charts: Sequence[BoxChart], page: canvas.Pag
 
 
 def _axis(
-    axis: Any, data: Axis, *, labelled: bool = True, whole: bool = False, width: float | None = None
+    axis: Any, data: Axis, *, labelled: bool = True, integers: bool = False, width: float | None = None
 ) -> None:
-    """Limits, ticks and the label of an axis. whole: ticks at whole numbers alone."""
+    """Limits, ticks and the label of an axis. integers: ticks at whole numbers alone."""
     from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
     if data.log:
@@ -303,7 +303,7 @@ def _axis(
         axis.set_major_locator(LogLocator(subs=(1.0,)))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.10g}"))
         axis.set_minor_formatter(NullFormatter())
-    elif whole:
+    elif integers:
         axis.set_major_locator(MaxNLocator(integer=True))
     if data.ticks:
         axis.set_ticks([at for at, _ in data.ticks], [text for _, text in data.ticks])

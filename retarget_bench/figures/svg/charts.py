@@ -128,13 +128,13 @@ class Drawing:
         if not lines or heights is None:
             return [], 0.0
         names = [elements.short(line.name, elements.LONGEST) for line in lines]
-        found = []
+        parts = []
         for line, name, (at, end), height in zip(lines, names, ends, heights, strict=True):
             style = self.styles[line.method]
-            found.append(elements.grid_line(at, end, RIGHT + 12, height, f"leader {style.name}"))
-            found.append(elements.mark(RIGHT + 12, height, style, 0.7, hollow=line.seen is False))
-            found.append(words(RIGHT + 18, height + 3.5, name, "start", class_="name", aria_hidden="true"))
-        return found, elements.LETTER * max(map(len, names)) + 8
+            parts.append(elements.grid_line(at, end, RIGHT + 12, height, f"leader {style.name}"))
+            parts.append(elements.mark(RIGHT + 12, height, style, 0.7, hollow=line.seen is False))
+            parts.append(words(RIGHT + 18, height + 3.5, name, "start", class_="name", aria_hidden="true"))
+        return parts, elements.LETTER * max(map(len, names)) + 8
 
     # --------------------------------------------------------------------------------------------- rows
     def _rows(self, chart: RowChart) -> Markup:
@@ -154,8 +154,8 @@ class Drawing:
             parts += [self._row_mark(mark, label, x, ABOVE + row * (mark.at + share)) for mark in marks]
         lowest = []
         for k, name in enumerate(chart.rows):
-            known = [(m.mean.value, m.method) for each in chart.marks.values() for m in each if m.at == k]
-            lowest += [f"{name} {min(known)[1]}"] if known else []
+            numbers = [(m.mean.value, m.method) for each in chart.marks.values() for m in each if m.at == k]
+            lowest += [f"{name} {min(numbers)[1]}"] if numbers else []
         label = f"{chart.title}: {chart.axis.label}; lowest: {', '.join(lowest)}"
         return elements.svg(ROW_WIDTH, height, label, *parts)
 

@@ -86,13 +86,13 @@ def heading(name: str, most: int) -> tuple[Markup, int]:
     Returns it and its number of lines.
     """
     name = printable(name)
-    whole, bracket, rest = name.partition("[")
-    lines = [name] if len(name) <= most or not bracket else [whole, bracket + rest]
-    told = [
+    name_part, bracket, rest = name.partition("[")
+    lines = [name] if len(name) <= most or not bracket else [name_part, bracket + rest]
+    parts = [
         words(2.0, 13.0 * (k + 1), short(each, most), "start", class_="title")
         for k, each in enumerate(lines)
     ]
-    return tag("g", *told, class_="axes", aria_hidden="true"), len(lines)
+    return tag("g", *parts, class_="axes", aria_hidden="true"), len(lines)
 
 
 def mark(x: float, y: float, style: MethodStyle, scale: float = 1.0, *, hollow: bool = False) -> Markup:
@@ -112,19 +112,19 @@ def names_beside(
 
     room: where names may stand. whiskers: upright strokes to keep free, as x, top and bottom.
     """
-    taken: list[Box] = [(x - 6, y - 6, x + 6, y + 6) for x, y in places]
-    taken += [(x - 1, top, x + 1, bottom) for x, top, bottom in whiskers]
-    found = []
+    occupied: list[Box] = [(x - 6, y - 6, x + 6, y + 6) for x, y in places]
+    occupied += [(x - 1, top, x + 1, bottom) for x, top, bottom in whiskers]
+    boxes = []
     for (x, y), name in zip(places, names, strict=True):
         long = LETTER * len(name)
         for dx, dy in ((9.0, 3.5), (-9.0 - long, 3.5), (-long / 2, -9.0), (-long / 2, 17.0)):
             box = (x + dx, y + dy - 9, x + dx + long, y + dy + 2)
             inside = all((box[0] >= room[0], box[1] >= room[1], box[2] <= room[2], box[3] <= room[3]))
-            if inside and not any(_meet(box, other) for other in taken):
-                taken.append(box)
-                found.append(words(x + dx, y + dy, name, "start", class_="name", aria_hidden="true"))
+            if inside and not any(_meet(box, other) for other in occupied):
+                occupied.append(box)
+                boxes.append(words(x + dx, y + dy, name, "start", class_="name", aria_hidden="true"))
                 break
-    return found
+    return boxes
 
 
 def _meet(a: Box, b: Box) -> bool:
@@ -175,7 +175,7 @@ class Scale:
     def ticks(self, most: int = 6) -> list[float]:
         """Round numbers within the scale, at most about so many."""
         if self.log:
-            return next(found for fine in FINE if len(found := self._decades(fine)) <= most or fine == (1,))
+            return next(ticks for fine in FINE if len(ticks := self._decades(fine)) <= most or fine == (1,))
         rough = (self.high - self.low) / most
         unit = 10.0 ** math.floor(math.log10(rough))
         step = next(m * unit for m in (1, 2, 5, 10) if m * unit >= rough * 0.999)
@@ -184,8 +184,8 @@ class Scale:
 
     def _decades(self, fine: Sequence[int]) -> list[float]:
         powers = range(math.floor(math.log10(self.low)), math.ceil(math.log10(self.high)) + 1)
-        found = (m * 10.0**p for p in powers for m in fine)
-        return [each for each in found if self.low * 0.999 <= each <= self.high * 1.001]
+        ticks = (m * 10.0**p for p in powers for m in fine)
+        return [each for each in ticks if self.low * 0.999 <= each <= self.high * 1.001]
 
 
 def axes(x: Axis, y: Axis, across: Scale, up: Scale, title: str) -> Markup:

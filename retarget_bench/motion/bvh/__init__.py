@@ -46,7 +46,7 @@ def parse(path: str | Path, *, cache: bool = True) -> Document:
     if not cache:
         return _parse(path, _read(path))
     stamp = bvh_cache.stamp(path)
-    if (document := bvh_cache.load(bvh_cache.known(stamp))) is not None:
+    if (document := bvh_cache.load(bvh_cache.content_hash(stamp))) is not None:
         return document
     data = _read(path)
     text = hashlib.sha256(data).hexdigest()
@@ -103,7 +103,7 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
     """The file, which may be BVH by its first bytes."""
     try:
         if path.exists() and not path.is_file():
-            raise FileError(path, "is a folder" if path.is_dir() else "is no ordinary file")
+            raise FileError(path, "is a folder" if path.is_dir() else "is not an ordinary file")
         with path.open("rb") as file:
             if problem := complaint(file.read(_SNIFFED)):
                 raise FileError(path, problem)

@@ -43,10 +43,10 @@ def stamp(path: Path) -> str:
     return hashlib.sha256(repr(facts).encode()).hexdigest()
 
 
-def known(stamped: str) -> str:
+def content_hash(stamped: str) -> str:
     """The hash of the text of a file with this stamp; "" where it is not known."""
-    found = read_sealed(_by_path(stamped), f"{_VERSION} {stamped}") if stamped else None
-    return "" if found is None else found.decode()
+    stored = read_sealed(_by_path(stamped), f"{_VERSION} {stamped}") if stamped else None
+    return "" if stored is None else stored.decode()
 
 
 def remember(stamped: str, text: str) -> None:

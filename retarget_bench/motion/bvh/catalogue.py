@@ -51,20 +51,20 @@ def catalogue(root: Path, files: Iterable[Path]) -> dict[Path, CatalogueEntry]:
     """
     place = cache_folder() / "catalogue" / f"{digest(str(root.resolve()), 16)}.json"
     key = f"catalogue {VERSION} {root.resolve()}"
-    known: dict[str, list] = json.loads(read_sealed(place, key) or b"{}")
-    found: dict[Path, CatalogueEntry] = {}
+    cached: dict[str, list] = json.loads(read_sealed(place, key) or b"{}")
+    entries: dict[Path, CatalogueEntry] = {}
     record: dict[str, list] = {}
     for path in files:
         name = str(path.absolute() if "#" in path.name else path.resolve())
         stamp = _stamp(path)
-        kept = known.get(name)
-        entry = CatalogueEntry(**kept[1]) if kept is not None and kept[0] == stamp else inspect(path)
-        found[path] = entry
+        stored = cached.get(name)
+        entry = CatalogueEntry(**stored[1]) if stored is not None and stored[0] == stamp else inspect(path)
+        entries[path] = entry
         record[name] = [stamp, asdict(entry)]
-    if any(known.get(name) != kept for name, kept in record.items()):
+    if any(cached.get(name) != stored for name, stored in record.items()):
         with suppress(FileError):  # a cache that cannot be written costs time, nothing else
-            write_sealed(place, key, json.dumps({**known, **record}).encode())
-    return found
+            write_sealed(place, key, json.dumps({**cached, **record}).encode())
+    return entries
 
 
 def bvh_files(folder: Path) -> dict[str, Path]:
@@ -122,8 +122,8 @@ def inspect(path: Path) -> CatalogueEntry:
     header = data[: match.start() if match else 0]
     hierarchy = hashlib.sha256(b" ".join(header.split())).hexdigest()[:16]
     with suppress(ValueError):  # numbers of thousands of digits among others
-        whole = match and _looks_whole(header, body, int(match[1]))
-        if match and whole and 1e-4 < (seconds := float(match[2])) < 10.0:
+        complete = match and _seems_complete(header, body, int(match[1]))
+        if match and complete and 1e-4 < (seconds := float(match[2])) < 10.0:
             return CatalogueEntry(content, hierarchy, int(match[1]), frame_rate(seconds))
     try:
         recording = bvh.read(path, inner=True)
@@ -146,13 +146,13 @@ def _problem(error: BenchError) -> str:
     return f"line {error.line}: {problem}" if isinstance(error, FileError) and error.line else problem
 
 
-def fingerprint(named: Mapping[str, CatalogueEntry]) -> str:
+def fingerprint(entries: Mapping[str, CatalogueEntry]) -> str:
     """A hash of file names and contents: what identifies a data set of these files in keys."""
-    lines = (f"{name}\t{entry.content}" for name, entry in sorted(named.items()))
+    lines = (f"{name}\t{entry.content}" for name, entry in sorted(entries.items()))
     return "sha256:" + digest("\n".join(lines), 32)
 
 
-def _looks_whole(header: bytes, body: bytes, frames: int) -> bool:
+def _seems_complete(header: bytes, body: bytes, frames: int) -> bool:
     channels = sum(int(count) for count in _CHANNELS.findall(header))
     return (
         frames > 0
@@ -167,7 +167,7 @@ def _stamp(path: Path) -> list[int]:
     own = split_take(path)[0]
     form = next((form for form in FORMATS if own.suffix.lower() in form.suffixes), BVH)
     try:
-        found = [each.stat() for each in (own, *form.beside(own))]
+        stats = [each.stat() for each in (own, *form.beside(own))]
     except OSError:
         return [0, 0]
-    return [number for status in found for number in (status.st_size, status.st_mtime_ns)]
+    return [number for status in stats for number in (status.st_size, status.st_mtime_ns)]

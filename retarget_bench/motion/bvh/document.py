@@ -48,10 +48,10 @@ class Hierarchy:
     @cached_property
     def groups(self) -> tuple[tuple[tuple[str, ...], list[int]], ...]:
         """Channel names, and the joints that have exactly these."""
-        found: dict[tuple[str, ...], list[int]] = {}
+        groups: dict[tuple[str, ...], list[int]] = {}
         for joint, channels in enumerate(self.channels):
-            found.setdefault(channels, []).append(joint)
-        return tuple(found.items())
+            groups.setdefault(channels, []).append(joint)
+        return tuple(groups.items())
 
     def children(self, joint: int) -> list[int]:
         """The joints right below ``joint``."""
@@ -93,7 +93,7 @@ class Document:
 
 
 def frame_rate(frame_time: float) -> float:
-    """The rate that somebody meant by a printed frame time: 60 for ``0.016667``, 120 for ``.0083333``.
+    """The rate that is meant by a printed frame time: 60 for ``0.016667``, 120 for ``.0083333``.
 
     Of the rates whose frame time agrees within one unit of the last printed digit: an exact whole number,
     else the nearest rate in common use, else the nearest whole one; else the plain reciprocal.

@@ -116,8 +116,8 @@ def reaches_the_numbers(data: bytes) -> bool:
 def _find_motion(data: bytes) -> int:
     """The start of the line MOTION, or -1."""
     usual = data.find(b"\nMOTION", 0, _LONGEST) + 1  # many times faster than the pattern
-    found = (_MOTION.match(data, usual) if usual else None) or _MOTION.search(data, 0, _LONGEST)
-    return found.start() if found else -1
+    match = (_MOTION.match(data, usual) if usual else None) or _MOTION.search(data, 0, _LONGEST)
+    return match.start() if match else -1
 
 
 def _next_line(data: bytes, start: int, line: int) -> tuple[str, int, int]:
@@ -133,15 +133,15 @@ def _next_line(data: bytes, start: int, line: int) -> tuple[str, int, int]:
 
 
 def _frames(text: str, line: int) -> int:
-    found = _FRAMES.fullmatch(text)
-    if not found or not re.fullmatch("[0-9]{1,15}", found[1]):
+    match = _FRAMES.fullmatch(text)
+    if not match or not re.fullmatch("[0-9]{1,15}", match[1]):
         raise _Fault(f"expected 'Frames:' and a whole number, found {text.strip()[:_SHOWN]!r}", line)
-    return int(found[1])
+    return int(match[1])
 
 
 def _frame_time(text: str, line: int) -> float:
-    found = _FRAME_TIME.fullmatch(text)
-    seconds = number(found[1]) if found else None
+    match = _FRAME_TIME.fullmatch(text)
+    seconds = number(match[1]) if match else None
     if seconds is None or not 1e-6 <= seconds <= 1e4:
         raise _Fault(f"expected 'Frame Time:' and seconds above 0, found {text.strip()[:_SHOWN]!r}", line)
     return seconds
@@ -317,18 +317,18 @@ class _Reader:
         joint = self.blocks[-1].joint if self.blocks else _END_SITE
         if joint == _END_SITE or self.channels[joint] is not None:
             raise self._fault("CHANNELS outside of a joint, or the second one of a joint")
-        given = words[2:]
-        if len(words) < 2 or words[1] != str(len(given)):
+        labels = words[2:]
+        if len(words) < 2 or words[1] != str(len(labels)):
             says = words[1][:_SHOWN] if len(words) > 1 else "nothing"
-            raise self._fault(f"CHANNELS says {says}, but {len(given)} names follow")
-        names = [_CHANNELS.get(word.lower()) for word in given]
+            raise self._fault(f"CHANNELS says {says}, but {len(labels)} names follow")
+        names = [_CHANNELS.get(word.lower()) for word in labels]
         if None in names:
             raise self._fault(
-                f"channel {given[names.index(None)][:_SHOWN]!r} is not one of Xposition, Yposition, "
+                f"channel {labels[names.index(None)][:_SHOWN]!r} is not one of Xposition, Yposition, "
                 "Zposition, Xrotation, Yrotation and Zrotation"
             )
         if len(set(names)) < len(names):
-            raise self._fault(f"a channel is named twice: {' '.join(given)[:_SHOWN]}")
+            raise self._fault(f"a channel is named twice: {' '.join(labels)[:_SHOWN]}")
         self.channels[joint] = tuple(name for name in names if name)
 
     def _fault(self, problem: str) -> _Fault:

@@ -1,4 +1,4 @@
-"""From what a BVH file says to a skeleton and its motion."""
+"""A BVH document as a skeleton and its motion."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -78,8 +78,8 @@ def _steps(
     if not moved:
         return None
     steps = np.repeat(skeleton.offsets[None], frames, axis=0)
-    for joint, seen in moved.items():
-        steps[:, joint - first] = seen * scale
+    for joint, positions in moved.items():
+        steps[:, joint - first] = positions * scale
     return steps
 
 
@@ -184,8 +184,8 @@ def _replaced_offsets(
         stated = {joint: stated[joint] + hierarchy.offsets[joint] for joint in joints}
     moved = {joint: stated[joint] for joint, each in zip(joints, moves, strict=True) if each}
     if moved:
-        seen = np.stack(list(moved.values()), axis=1)
-        middle[moves] = resting(offsets[moves], seen, _SAME * size)
+        positions = np.stack(list(moved.values()), axis=1)
+        middle[moves] = resting(offsets[moves], positions, _SAME * size)
     away = np.abs(middle - offsets).max(axis=1)
     replaced = tuple(
         (joint, (x, y, z))

@@ -79,8 +79,8 @@ def _parse(text: _Text, frames: int, columns: int) -> np.ndarray | None:
     values = rows[:, :columns]
     with np.errstate(over="ignore", invalid="ignore"):  # whose sum is too large take the slow way
         finite = np.isfinite(values.sum())
-    whole = filled == numbers.size and np.isinf(rows[:, columns]).all() and finite
-    return values if whole else None
+    complete = filled == numbers.size and np.isinf(rows[:, columns]).all() and finite
+    return values if complete else None
 
 
 def _pandas_reader(text: _Text) -> TextFileReader:

@@ -57,15 +57,15 @@ def write(
     relative = np.array_equal(other.root, recording.root)
     first = len(document.hierarchy) - len(recording.skeleton)
     pattern = _Pattern(source, document, "relative" if relative else "absolute", first)
-    wanted = as_stated(motion, like)
-    values, notes = _values(pattern, wanted)
+    expected = as_stated(motion, like)
+    values, notes = _values(pattern, expected)
     steps = None if places is None else places / like.findings.unit[1]
     notes = (*notes, *_place_inner(values, pattern, recording, steps))
     document = Document(pattern.document.hierarchy, 1.0 / motion.fps, np.round(values, _DIGITS))
     with atomic(path) as temporary:
         bvh.write_document(temporary, document)
         if not notes:
-            _check(path, bvh.read(temporary, root=pattern.reading, inner=True), wanted, steps)
+            _check(path, bvh.read(temporary, root=pattern.reading, inner=True), expected, steps)
     return notes
 
 
@@ -107,8 +107,8 @@ def _place_inner(
         columns = _columns(hierarchy, own, POSITIONS)
         if len(columns) == 3:
             stated = pattern.document.values[:, [columns[axis] for axis in range(3)]]
-            seen = offsets[joint] if recording.places is None else recording.places[:, joint]
-            added = _nearest(seen - stated, hierarchy.offsets[own])
+            place = offsets[joint] if recording.places is None else recording.places[:, joint]
+            added = _nearest(place - stated, hierarchy.offsets[own])
             values[:, [columns[axis] for axis in range(3)]] = steps[:, joint] - added
         elif np.abs(steps[:, joint] - offsets[joint]).max() > _ROUNDED * reach(recording.skeleton):
             without.append(hierarchy.names[own])
@@ -147,7 +147,7 @@ def _placed(pattern: _Pattern, root: np.ndarray) -> tuple[list[int], np.ndarray,
     hierarchy, still = pattern.document.hierarchy, pattern.document.values[0]
     movable = [j for j in range(pattern.first + 1) if len(_columns(hierarchy, j, POSITIONS)) == 3]
     if not movable:
-        raise FileError(pattern.path, "has no position channels: it cannot say where a body is")
+        raise FileError(pattern.path, "has no position channels: it cannot hold where a body is")
     mover = movable[-1]
     turned = local_rotations(replace(pattern.document, values=pattern.document.values[:1]))[0]
     fixed, heading, at_mover = np.zeros(3), rotation.identity(), rotation.identity()
@@ -167,20 +167,20 @@ def _placed(pattern: _Pattern, root: np.ndarray) -> tuple[list[int], np.ndarray,
     return [columns[axis] for axis in range(3)], place, heading
 
 
-def _columns(hierarchy: Hierarchy, joint: int, wanted: tuple[str, ...]) -> dict[int, int]:
+def _columns(hierarchy: Hierarchy, joint: int, names: tuple[str, ...]) -> dict[int, int]:
     """Axis (0, 1, 2) -> column of the joint's position or rotation channels, in file order."""
     first = hierarchy.first_columns[joint]
-    return {wanted.index(c): first + i for i, c in enumerate(hierarchy.channels[joint]) if c in wanted}
+    return {names.index(c): first + i for i, c in enumerate(hierarchy.channels[joint]) if c in names}
 
 
-def _check(path: Path, written: Recording, wanted: Motion, steps: np.ndarray | None) -> None:
+def _check(path: Path, written: Recording, expected: Motion, steps: np.ndarray | None) -> None:
     """Raise FileError where the file that was written holds another motion than the one it should."""
-    turned = np.degrees(rotation.angle(written.rotations, wanted.rotations)).max()
-    size = max(float(np.abs(wanted.skeleton.bone_lengths).sum()), 1e-9)
-    moved = float(np.abs(written.root - wanted.root).max()) / size
+    turned = np.degrees(rotation.angle(written.rotations, expected.rotations)).max()
+    size = max(float(np.abs(expected.skeleton.bone_lengths).sum()), 1e-9)
+    moved = float(np.abs(written.root - expected.root).max()) / size
     if steps is not None:
-        found = written.skeleton.offsets if written.places is None else written.places
-        away = np.abs(found - steps)[:, 1:].max(initial=0.0)
+        places = written.skeleton.offsets if written.places is None else written.places
+        away = np.abs(places - steps)[:, 1:].max(initial=0.0)
         moved = max(moved, float(away) / size - _ROUNDED)
     if turned > _ANGLE or moved > 1e-5:
         raise FileError(

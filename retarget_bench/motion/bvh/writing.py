@@ -160,18 +160,18 @@ def _fixed_text(values: np.ndarray, decimals: int) -> bytes:
     that are not wanted are then left out of the text.
     """
     size = np.abs(values).ravel()
-    whole = size.astype(np.uint32)
-    decimal = np.rint((size - whole) * 10**decimals).astype(np.uint32)
-    whole += decimal == 10**decimals  # rounded up
+    integer = size.astype(np.uint32)
+    decimal = np.rint((size - integer) * 10**decimals).astype(np.uint32)
+    integer += decimal == 10**decimals  # rounded up
     decimal %= 10**decimals
-    places = len(str(whole.max(initial=0)))
+    places = len(str(integer.max(initial=0)))
     text = np.empty((size.size, 1 + places + 1 + decimals + 1), dtype=np.uint8)
     kept = np.ones(text.shape, dtype=bool)
     text[:, 0] = ord("-")
     kept[:, 0] = np.signbit(values).ravel()
     for place in range(places):
-        kept[:, places - place] = whole > 0 if place else True
-        whole = _digit(whole, text[:, places - place])
+        kept[:, places - place] = integer > 0 if place else True
+        integer = _digit(integer, text[:, places - place])
     text[:, places + 1] = ord(".")
     for place in range(decimals):
         decimal = _digit(decimal, text[:, -2 - place])

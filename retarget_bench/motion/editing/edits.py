@@ -1,4 +1,4 @@
-"""What is edited around a method, and the order of it."""
+"""The edits around a method, and their order."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,7 +18,7 @@ Answering = Callable[[Prediction, Character], Motion]
 
 
 class Edits(OptionSet):
-    """What a user chooses; the defaults leave start and path as they are. Raises BenchError for others."""
+    """The user's choices; the defaults leave start and path as they are. Raises BenchError for others."""
 
     start: Starts = option(
         "Of a source that begins with a T-pose or elsewhere: keep it, cut it off (fewer frames), or ease "
@@ -38,10 +38,10 @@ USUAL = Edits()
 
 
 def begun(source: Prediction, edits: Edits) -> Prediction:
-    """The source with the start that is wanted."""
-    if edits.start == "keep" or (found := starts.find(source)) is None:
+    """The source with the chosen start."""
+    if edits.start == "keep" or (start := starts.find(source)) is None:
         return source
-    return starts.cut(source, found) if edits.start == "cut" else starts.eased(source, found)
+    return starts.cut(source, start) if edits.start == "cut" else starts.eased(source, start)
 
 
 def compared(source: Motion, edits: Edits) -> Motion:
@@ -50,59 +50,60 @@ def compared(source: Motion, edits: Edits) -> Motion:
 
 
 def doubts(source: Prediction, edits: Edits) -> tuple[str, ...]:
-    """Sentences on a start that was kept and does not belong to the motion, and what to say for another."""
-    found = starts.find(source) if edits.start == "keep" else None
-    return (f"{source.character.name}: {found}: say {' or '.join(found.options)}",) if found else ()
+    """Sentences on a start that was kept and does not belong to the motion, and the options that change
+    it."""
+    start = starts.find(source) if edits.start == "keep" else None
+    return (f"{source.character.name}: {start}: say {' or '.join(start.options)}",) if start else ()
 
 
 def edited(
     source: Prediction, target: Character, edits: Edits, answer: Answering, posed: bool = True
 ) -> tuple[Motion, list[str]]:
-    """The answer of a method to a source, edited; and sentences on what was done unasked.
+    """The answer of a method to a source, edited; and sentences on what was changed unasked.
 
-    answer: the method. It is asked with the edited source, and again with the source going on where that is
-            a loop and the answer is none.
-    posed:  it is asked with reference poses that fit two bodies which do not stand alike (``legs``). What
+    answer: the method. It is called with the edited source, and again with the source going on where that
+            is a loop and the answer is none.
+    posed:  it is called with reference poses that fit two bodies which do not stand alike (``legs``). What
             was trained on the common one is not.
     """
     source = begun(source, edits)
     loop = source if isinstance(source, Motion) and loops.is_loop(source) else None
-    theirs, ours = legs.alike(source.character, target) if posed else (source.character, target)
+    source_body, target_body = legs.alike(source.character, target) if posed else (source.character, target)
 
-    def asked(one: Prediction) -> Motion:
-        found = answer(replace(one, character=theirs), ours)
-        return target.motion(found.rotations, found.root, found.fps)
+    def retargeted(one: Prediction) -> Motion:
+        motion = answer(replace(one, character=source_body), target_body)
+        return target.motion(motion.rotations, motion.root, motion.fps)
 
     differ = legs.stance(source.character) != legs.stance(target)
 
     sunk: list[bool] = []
 
     def mended(one: Prediction) -> Motion:
-        found = asked(one)
-        clear = floor.above(found) if differ else floor.no_deeper(found, one)
-        sunk.append(clear is not found)
+        motion = retargeted(one)
+        clear = floor.above(motion) if differ else floor.no_deeper(motion, one)
+        sunk.append(clear is not motion)
         return clear
 
-    found = mended(source)
-    if loop is not None and not loops.agrees(found, loop):
-        whole, own = loops.continued(loop)
-        found = mended(whole).at(own)
-    found, notes = _parts(found, source, edits)
+    motion = mended(source)
+    if loop is not None and not loops.agrees(motion, loop):
+        extended, own = loops.continued(loop)
+        motion = mended(extended).at(own)
+    motion, notes = _parts(motion, source, edits)
     if sunk[-1] and not differ:
         notes.append(
             f"the body of {target.name} is raised, or its arms bent, where head or hands were in the floor"
         )
-    if loop is not None and not loops.agrees(found, loop):
-        found = loops.closed(found)
-    return path.edited(found, edits.root_motion), notes
+    if loop is not None and not loops.agrees(motion, loop):
+        motion = loops.closed(motion)
+    return path.edited(motion, edits.root_motion), notes
 
 
 def _parts(answer: Motion, source: Prediction, edits: Edits) -> tuple[Motion, list[str]]:
     """Fingers and twist bones, and what was done to them unasked."""
     target, notes = answer.character, []
-    found = fingers.followed(answer, source)
-    if edits.hands == "relaxed" and (relaxed := fingers.relaxed(found, source)) is not found:
+    motion = fingers.followed(answer, source)
+    if edits.hands == "relaxed" and (relaxed := fingers.relaxed(motion, source)) is not motion:
         notes.append(f"{source.character.name} shows no fingers: the hands of {target.name} are relaxed")
-        found = relaxed
+        motion = relaxed
     free = transfer.correspondence(source.character, target) < 0
-    return twists.shared(found, free), notes
+    return twists.shared(motion, free), notes

@@ -1,4 +1,4 @@
-"""Fingers that a source says nothing of: a relaxed hand instead of the flat one of the T-pose.
+"""Fingers that a source lacks: a relaxed hand instead of the flat one of the T-pose.
 
 A finger that the source lacks while it has others (a hand of three fingers) does as the nearest one does.
 """
@@ -37,28 +37,28 @@ Finger = list[int]
 
 def fingers(body: Character, side: str) -> dict[str, Finger]:
     """The fingers of one hand, from thumb to little finger."""
-    found: dict[str, Finger] = {}
+    hand: dict[str, Finger] = {}
     for finger in FINGERS:
         stem = f"{side}_{finger}_"
         numbers = sorted(int(role.removeprefix(stem)) for role in body.joint_of if role.startswith(stem))
         if numbers:
-            found[finger] = [body.joint_of[f"{stem}{number}"] for number in numbers]
-    return found
+            hand[finger] = [body.joint_of[f"{stem}{number}"] for number in numbers]
+    return hand
 
 
 def shown(source: Prediction, side: str) -> frozenset[str]:
-    """The fingers of one hand that the source tells of: all that it has, or none.
+    """The fingers of one hand whose motion the source has: all of them, or none.
 
     One finger beside the thumb tells where it moves; else it is a stub, as in files of CMU.
     """
-    found = fingers(source.character, side)
-    long = [finger for finger in found if finger in LONG]
+    joints = fingers(source.character, side)
+    long = [finger for finger in joints if finger in LONG]
     if len(long) == 1 and isinstance(source, Motion):
         hand = rotation.conjugate(orientation(source, source.character.joint_of[f"{side}_hand"]))
-        bends = [rotation.multiply(hand, orientation(source, joint)) for joint in found[long[0]]]
+        bends = [rotation.multiply(hand, orientation(source, joint)) for joint in joints[long[0]]]
         if any(rotation.angle(bend, bend[:1]).max(initial=0.0) > _MOVES for bend in bends):
-            return frozenset(found)
-    return frozenset(found) if len(long) > 1 else frozenset()
+            return frozenset(joints)
+    return frozenset(joints) if len(long) > 1 else frozenset()
 
 
 def followed(answer: Motion, source: Prediction) -> Motion:
@@ -66,11 +66,11 @@ def followed(answer: Motion, source: Prediction) -> Motion:
     body = answer.character
     orientations: dict[int, np.ndarray] = {}
     for side in SIDES:
-        ours, theirs = fingers(body, side), shown(source, side)
-        known = [finger for finger in ours if finger in theirs and finger in LONG]
-        for finger in [each for each in ours if known and each in LONG and each not in theirs]:
-            near = ours[min(known, key=lambda each: abs(FINGERS.index(each) - FINGERS.index(finger)))]
-            for rank, joint in enumerate(ours[finger]):
+        hand, in_source = fingers(body, side), shown(source, side)
+        common = [finger for finger in hand if finger in in_source and finger in LONG]
+        for finger in [each for each in hand if common and each in LONG and each not in in_source]:
+            near = hand[min(common, key=lambda each: abs(FINGERS.index(each) - FINGERS.index(finger)))]
+            for rank, joint in enumerate(hand[finger]):
                 orientations[joint] = orientation(answer, near[min(rank, len(near) - 1)])
     return with_orientations(answer, orientations)
 
@@ -95,17 +95,17 @@ def curl(body: Character, side: str) -> dict[int, np.ndarray]:
     Each joint is bent from the reference pose about the finger's hinge, by what it lacks of ``RELAXED``: a
     hand that rests half closed is closed no further.
     """
-    found = fingers(body, side)
-    hinges = _hinges(body, side, found)
+    hand = fingers(body, side)
+    hinges = _hinges(body, side, hand)
     turned: dict[int, np.ndarray] = {}
-    for finger, joints in found.items():
-        axis, bent, wanted = hinges[finger], 0.0, 0.0
+    for finger, joints in hand.items():
+        axis, bent, total = hinges[finger], 0.0, 0.0
         for rank, joint in enumerate(joints):
             bone = _bone(body, joints, rank)
             if rank < len(RELAXED[finger]) and bone.any():
-                wanted += np.radians(RELAXED[finger][rank])
-                line = _palm(body, side, found) if finger in LONG else _bone(body, joints, 0)
-                bent = max(bent, wanted - _angle(line, bone, axis), 0.0)
+                total += np.radians(RELAXED[finger][rank])
+                line = _palm(body, side, hand) if finger in LONG else _bone(body, joints, 0)
+                bent = max(bent, total - _angle(line, bone, axis), 0.0)
             turned[joint] = rotation.about(axis, bent)
     world = {
         joint: rotation.multiply(turn, body.reference_globals[joint]) for joint, turn in turned.items()
@@ -117,30 +117,30 @@ def curl(body: Character, side: str) -> dict[int, np.ndarray]:
     }
 
 
-def _hinges(body: Character, side: str, found: Mapping[str, Finger]) -> dict[str, np.ndarray]:
+def _hinges(body: Character, side: str, hand: Mapping[str, Finger]) -> dict[str, np.ndarray]:
     """Finger -> ``(3,)`` the axis in the reference pose about which a positive turn closes it.
 
     Knuckles lie along the hinge. A hand with fewer than two of them has its palm down, as in a T-pose.
     """
-    places, long = body.reference_places, [finger for finger in found if finger in LONG]
-    line = _palm(body, side, found)
-    row = places[found[long[-1]][0]] - places[found[long[0]][0]] if long else np.zeros(3)
+    places, long = body.reference_places, [finger for finger in hand if finger in LONG]
+    line = _palm(body, side, hand)
+    row = places[hand[long[-1]][0]] - places[hand[long[0]][0]] if long else np.zeros(3)
     row = row if side == "left" else -row
     if np.linalg.norm(row) < _APART:
         row = np.cross(line, DOWN)
     row = _across(row, line)
-    hinges = {finger: _across(row, _bone(body, found[finger], 0)) for finger in long}
-    if "thumb" in found:
-        thumb = _bone(body, found["thumb"], 0)
+    hinges = {finger: _across(row, _bone(body, hand[finger], 0)) for finger in long}
+    if "thumb" in hand:
+        thumb = _bone(body, hand["thumb"], 0)
         towards = np.cross(row, line) + (row if side == "left" else -row)
         hinges["thumb"] = _across(np.cross(thumb, towards), thumb)
     return hinges
 
 
-def _palm(body: Character, side: str, found: Mapping[str, Finger]) -> np.ndarray:
+def _palm(body: Character, side: str, hand: Mapping[str, Finger]) -> np.ndarray:
     """``(3,)`` unit: from the wrist to the knuckles in the reference pose."""
     places = body.reference_places
-    knuckles = [joints[0] for finger, joints in found.items() if finger in LONG]
+    knuckles = [joints[0] for finger, joints in hand.items() if finger in LONG]
     if knuckles and f"{side}_hand" in body.joint_of:
         return _unit(places[knuckles].mean(axis=0) - places[body.joint_of[f"{side}_hand"]])
     return np.array([1.0 if side == "left" else -1.0, 0.0, 0.0])

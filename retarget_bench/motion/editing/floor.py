@@ -54,10 +54,10 @@ def no_deeper(answer: Motion, source: Prediction) -> Motion:
     """
     if not answer.frames:
         return answer
-    seen = replace(answer)  # copies, so that their places are let go
-    allowed = _allowed(replace(source), answer.character, _floor(seen))
-    found = _no_deeper(seen, allowed)
-    return answer if found is seen else found
+    copy = replace(answer)  # copies, so that their places are let go
+    allowed = _allowed(replace(source), answer.character, _floor(copy))
+    raised = _no_deeper(copy, allowed)
+    return answer if raised is copy else raised
 
 
 def _no_deeper(answer: Motion, allowed: Mapping[str, np.ndarray]) -> Motion:
@@ -90,14 +90,14 @@ def _floor(motion: Prediction) -> float:
 def _allowed(source: Prediction, body: Character, floor: float) -> dict[str, np.ndarray]:
     """Head and hands -> ``(frames,)`` metres: the height below which a body's joint, and its ends, are too
     deep. floor: height of the one that the body stands on."""
-    found, level = {}, _floor(source)
+    heights, level = {}, _floor(source)
     for role in ("head", *HANDS):
         depth = np.zeros(source.frames)
         if ends := _ends(source.character, role):
             points = tips(source, ends) if isinstance(source, Motion) else source.positions[:, ends]
             depth = (level - points[..., 1].min(axis=1)).clip(0.0) / source.character.height
-        found[role] = floor - (depth + _DEEP) * body.height
-    return found
+        heights[role] = floor - (depth + _DEEP) * body.height
+    return heights
 
 
 def _stands(answer: Motion, leg: Limb) -> np.ndarray:
@@ -168,14 +168,14 @@ def _back(body: Character) -> int:
 
 
 def _raised(answer: Motion, pivot: int, joints: list[int]) -> Motion:
-    """What hangs below a joint turned up about it until some of its joints, and their tips, are clear."""
+    """The joints below a pivot turned up about it until some of its joints, and their tips, are clear."""
     for number in range(_ROUNDS if joints else 0):
         points, start = tips(answer, joints), answer.positions[:, pivot, None]
         if (points[..., 1] > -_NEAR).all():
             break
         reach = np.maximum(np.linalg.norm(points - start, axis=-1), 1e-9)
-        now, wanted = (points - start)[..., 1] / reach, -start[..., 1] / reach
-        angle = np.arcsin(np.clip(wanted, -1.0, 1.0)) - np.arcsin(np.clip(now, -1.0, 1.0))
+        sines, clear = (points - start)[..., 1] / reach, -start[..., 1] / reach
+        angle = np.arcsin(np.clip(clear, -1.0, 1.0)) - np.arcsin(np.clip(sines, -1.0, 1.0))
         needed = angle.max(axis=1).clip(0.0)
         turn = _eased(needed, answer.fps) if number < _SMOOTH else needed
         lowest = np.take_along_axis(points, points[..., 1].argmin(axis=1)[:, None, None], axis=1)[:, 0]

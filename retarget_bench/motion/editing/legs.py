@@ -26,8 +26,8 @@ _UNFOLDED = 0.5
 
 
 def stance(body: Character) -> Stance:
-    """How a body stands. A bird has a level trunk on two legs, with wings (``roles.has_level_trunk``) or
-    without."""
+    """The kind of a body's stance. A bird has a level trunk on two legs, with wings
+    (``roles.has_level_trunk``) or without."""
     if body.four_legged:
         return "four legs"
     level = PosedBody(body.skeleton, body.roles).level or _wingless(body) is not None
@@ -36,16 +36,16 @@ def stance(body: Character) -> Stance:
 
 def _wingless(body: Character) -> np.ndarray | None:
     """``(4,)`` the turn of the hips at rest that puts a bird without wings on its legs; else None."""
-    seen, rest = PosedBody(body.skeleton, body.roles), body.skeleton.rest_positions
+    posed, rest = PosedBody(body.skeleton, body.roles), body.skeleton.rest_positions
     pairs = [body.joints([f"{side}_up_leg", f"{side}_foot"]) for side in SIDES]
     lines = [rest[pair[1]] - rest[pair[0]] for pair in pairs if len(pair) == 2]
-    if not lines or seen.trunk is None or seen.across is None or body.joints(["left_arm", "right_arm"]):
+    if not lines or posed.trunk is None or posed.across is None or body.joints(["left_arm", "right_arm"]):
         return None
-    legs, trunk = np.mean(lines, axis=0), seen.trunk
+    legs, trunk = np.mean(lines, axis=0), posed.trunk
     if np.linalg.norm(legs) < _UNFOLDED * body.measures.leg_length:
         return None
     cosine = float(legs @ trunk) / max(float(np.linalg.norm(legs) * np.linalg.norm(trunk)), 1e-12)
-    return snapped(frame(-legs, seen.across, UP, LEFT)) if _LEANS < cosine < _FOLDED else None
+    return snapped(frame(-legs, posed.across, UP, LEFT)) if _LEANS < cosine < _FOLDED else None
 
 
 def alike(source: Character, target: Character) -> tuple[Character, Character]:
@@ -65,8 +65,8 @@ def _perched(body: Character) -> Character:
     if body.four_legged or (upright := _wingless(body)) is None:
         return body
     pose = rotation.identity(len(body.skeleton))
-    seen = PosedBody(body.skeleton, body.roles)
-    seen.set_global(pose, seen.hips, upright)
+    posed = PosedBody(body.skeleton, body.roles)
+    posed.set_global(pose, posed.hips, upright)
     return _posed(body, pose)
 
 
@@ -77,11 +77,11 @@ def _posed(body: Character, pose: np.ndarray) -> Character:
 def _spread(body: Character) -> Character:
     """A body on four legs whose reference pose has the fore legs out to the sides."""
     pose = np.array(body.reference_pose)
-    seen = PosedBody(body.skeleton, body.roles)
+    posed = PosedBody(body.skeleton, body.roles)
     for side, turn in zip(SIDES, (np.pi / 2, -np.pi / 2), strict=True):
-        for joint in seen.joints(f"{side}_arm"):
-            out = rotation.multiply(rotation.about(FORWARD, turn), seen.get_global(pose, joint))
-            seen.set_global(pose, joint, out)
+        for joint in posed.joints(f"{side}_arm"):
+            out = rotation.multiply(rotation.about(FORWARD, turn), posed.get_global(pose, joint))
+            posed.set_global(pose, joint, out)
     return _posed(body, pose)
 
 

@@ -24,7 +24,7 @@ _SLACK = 1e-6
 
 @dataclass(frozen=True)
 class Gap:
-    """What the last frame differs by from the first, the step of the body left out.
+    """The difference of the last frame from the first, without the body's step.
 
     joints: ``(joints, 3)`` rotation vectors of local rotations, ``last = first * exp(.)``; the root's is
             its tilt in the world, ``last = step * exp(.) * first``.
@@ -45,9 +45,9 @@ def gap(motion: Motion) -> Gap:
     """The gap between the ends of a motion, which has a frame at least."""
     first, last = motion.rotations[0], motion.rotations[-1]
     joints = rotation.to_rotation_vector(rotation.multiply(rotation.conjugate(first), last))
-    whole = rotation.multiply(last[0], rotation.conjugate(first[0]))
-    step = float(heading(whole))
-    joints[0] = rotation.to_rotation_vector(rotation.multiply(rotation.about(UP, -step), whole))
+    turn = rotation.multiply(last[0], rotation.conjugate(first[0]))
+    step = float(heading(turn))
+    joints[0] = rotation.to_rotation_vector(rotation.multiply(rotation.about(UP, -step), turn))
     return Gap(joints, float(motion.root[-1, 1] - motion.root[0, 1]), step)
 
 
@@ -55,15 +55,15 @@ def is_loop(motion: Motion) -> bool:
     """True where the ends agree within ``ANGLE`` and ``HEIGHT``."""
     if motion.frames < 3:
         return False
-    found = gap(motion)
-    return found.angle < ANGLE and abs(found.height) < HEIGHT * motion.character.height
+    ends = gap(motion)
+    return ends.angle < ANGLE and abs(ends.height) < HEIGHT * motion.character.height
 
 
-def agrees(found: Motion, source: Motion) -> bool:
+def agrees(result: Motion, source: Motion) -> bool:
     """True where the ends of a result agree at least as well as those of its source."""
-    ours, theirs = gap(found), gap(source)
-    level = abs(theirs.height) * found.character.height / max(source.character.height, 1e-9)
-    return ours.angle <= theirs.angle + _SLACK and abs(ours.height) <= level + _SLACK
+    result_gap, source_gap = gap(result), gap(source)
+    level = abs(source_gap.height) * result.character.height / max(source.character.height, 1e-9)
+    return result_gap.angle <= source_gap.angle + _SLACK and abs(result_gap.height) <= level + _SLACK
 
 
 def resampled(motion: Motion, fps: float) -> Motion:
@@ -89,8 +89,8 @@ def continued(motion: Motion) -> tuple[Motion, slice]:
         *(_period(motion, number).at(slice(1, None)) for number in range(1, more + 1)),
     ]
     rotations, root = (np.concatenate([getattr(each, name) for each in pieces]) for name in Motion.arrays)
-    whole = motion.character.motion(rotation.continuous(rotations), root, motion.fps)
-    return whole, slice(more * periods, more * periods + motion.frames)
+    extended = motion.character.motion(rotation.continuous(rotations), root, motion.fps)
+    return extended, slice(more * periods, more * periods + motion.frames)
 
 
 def _period(motion: Motion, number: int) -> Motion:
@@ -109,17 +109,17 @@ def closed(motion: Motion) -> Motion:
     second, or over half of the motion where it is shorter."""
     if motion.frames < 3:
         return motion
-    found, frames = gap(motion), motion.frames
+    ends, frames = gap(motion), motion.frames
     fade = min(FADE * motion.fps, (frames - 1) / 2)
     at = np.arange(frames)
     early = (0.5 * (1.0 - smoothstep(at / fade)))[:, None]
     late = (0.5 * (1.0 - smoothstep((frames - 1 - at) / fade)))[:, None]
     share = (early - late)[..., None]
-    change = rotation.from_rotation_vector(share * found.joints)
+    change = rotation.from_rotation_vector(share * ends.joints)
     rotations = rotation.multiply(motion.rotations, change)
-    later = rotation.rotate(rotation.about(UP, found.step), found.joints[0])
-    tilt = rotation.from_rotation_vector(early * found.joints[0] - late * later)
+    later = rotation.rotate(rotation.about(UP, ends.step), ends.joints[0])
+    tilt = rotation.from_rotation_vector(early * ends.joints[0] - late * later)
     rotations[:, 0] = rotation.multiply(tilt, motion.rotations[:, 0])
     root = np.array(motion.root)
-    root[:, 1] += (early - late)[:, 0] * found.height
+    root[:, 1] += (early - late)[:, 0] * ends.height
     return motion.character.motion(rotation.normalise(rotations), root, motion.fps)

@@ -37,11 +37,11 @@ def along(motion: Motion, axis: str) -> Motion:
     return moved(motion, float(np.angle(AXES[axis] / direction)), path[0], np.zeros(3))
 
 
-def edited(motion: Motion, wanted: str) -> Motion:
+def edited(motion: Motion, root_motion: str) -> Motion:
     """The motion with the path that ``RootMotion`` names."""
-    if wanted == "keep" or not motion.frames:
+    if root_motion == "keep" or not motion.frames:
         return motion
-    return in_place(motion) if wanted == "in-place" else along(motion, wanted)
+    return in_place(motion) if root_motion == "in-place" else along(motion, root_motion)
 
 
 def _hips(motion: Motion) -> np.ndarray:

@@ -36,7 +36,7 @@ _BLEND = 0.5
 
 @dataclass(frozen=True)
 class Start:
-    """What a motion begins with that does not belong to it.
+    """A start that does not belong to the motion.
 
     frames: how many. cuts: the frames at which the body is elsewhere at once, up to ``frames``.
     jump:   metres that joints move on average at the greatest of these; 0 without one.
@@ -66,7 +66,7 @@ class Start:
 
     @property
     def options(self) -> tuple[str, ...]:
-        """What to say for another start: a pose that is left smoothly can only be cut off."""
+        """The options for another start: a pose that is left smoothly can only be cut off."""
         return ("start=cut", "start=ease") if self.cuts else ("start=cut",)
 
 
@@ -106,7 +106,7 @@ def find(source: Prediction) -> Start | None:
 
 @dataclass(frozen=True, eq=False)
 class _Poses:
-    """How far a motion is from the T-pose and from its rest pose.
+    """Distances of a motion from the T-pose and from its rest pose.
 
     bones:   ``(frames, bones, 3)`` unit, of arms and legs, as seen from where the body faces.
     away:    ``(frames,)`` radians, as of ``from_t_pose``.
@@ -120,8 +120,8 @@ class _Poses:
 
     @classmethod
     def of(cls, source: Prediction) -> Self:
-        bones, wanted = limb_directions(source)
-        away = _from(bones, wanted)
+        bones, reference = limb_directions(source)
+        away = _from(bones, reference)
         return cls(bones, away, _resting(source, away), source.fps)
 
     def held(self, first: int) -> tuple[int, str]:
@@ -174,15 +174,17 @@ def limb_directions(source: Prediction) -> tuple[np.ndarray, np.ndarray]:
         return np.zeros((source.frames, 0, 3)), np.zeros((0, 3))
     upper, lower = np.array(bones).T
     turn = facing.rotation(facing.facing(source.positions, body).conj())[:, None]
-    seen = rotation.rotate(turn, source.positions[:, lower] - source.positions[:, upper])
-    return rotation.unit(seen), rotation.unit(body.reference_places[lower] - body.reference_places[upper])
+    directions = rotation.rotate(turn, source.positions[:, lower] - source.positions[:, upper])
+    return rotation.unit(directions), rotation.unit(
+        body.reference_places[lower] - body.reference_places[upper]
+    )
 
 
-def _from(bones: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def _from(bones: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """``(frames,)`` radians between the bones ``(frames, bones, 3)`` and ``(bones, 3)`` that differ most;
     infinite without bones."""
-    across = np.linalg.norm(np.cross(bones, wanted), axis=-1)
-    angles = np.arctan2(across, (bones * wanted).sum(axis=-1))
+    across = np.linalg.norm(np.cross(bones, reference), axis=-1)
+    angles = np.arctan2(across, (bones * reference).sum(axis=-1))
     return np.asarray(angles.max(axis=1)) if bones.shape[1] else np.full(len(bones), np.inf)
 
 
@@ -195,7 +197,7 @@ def _resting(source: Prediction, away: np.ndarray) -> np.ndarray:
 
 
 def _run(flags: np.ndarray) -> int:
-    """How many flags there are before the first that is not set."""
+    """The number of flags before the first that is not set."""
     return len(flags) if flags.all() else int(np.argmin(flags))
 
 

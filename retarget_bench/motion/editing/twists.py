@@ -52,7 +52,7 @@ class Twist:
 
 def find(body: Character) -> tuple[Twist, ...]:
     """The twist bones of arms and legs."""
-    found: list[Twist] = []
+    twists: list[Twist] = []
     for side in SIDES:
         for part, (after, end) in BONES.items():
             bone = body.joints([f"{side}_{part}", f"{side}_{after}"])
@@ -71,8 +71,8 @@ def find(body: Character) -> tuple[Twist, ...]:
             )
             order = np.argsort(along, kind="stable")
             for rank, share in zip(order.tolist(), shares(along[order].tolist(), end), strict=True):
-                found.append(Twist(joints[rank], (bone[0], bone[1]), above, share, line / length, end))
-    return tuple(sorted(found, key=lambda each: each.joint))
+                twists.append(Twist(joints[rank], (bone[0], bone[1]), above, share, line / length, end))
+    return tuple(sorted(twists, key=lambda each: each.joint))
 
 
 def shares(along: list[float], end: bool) -> list[float]:

@@ -39,7 +39,7 @@ def suffixes(*, written: bool = False) -> tuple[str, ...]:
 def format_of(path: str | Path) -> Format:
     """The format of a file, by its first bytes; else, and where it is not there, by its ending.
 
-    What is no ordinary file, or too large, is ``UNREADABLE``.
+    Files that are not ordinary, or too large, are ``UNREADABLE``.
     """
     path = split_take(path)[0]
     try:
@@ -51,8 +51,8 @@ def format_of(path: str | Path) -> Format:
             head = file.read(_SNIFFED)
     except OSError:
         head = b""
-    known = path.suffix.lower()
-    by_name = next((form for form in FORMATS if known in form.suffixes), BVH)
+    suffix = path.suffix.lower()
+    by_name = next((form for form in FORMATS if suffix in form.suffixes), BVH)
     if not head or by_name.recognises(head):
         return by_name
     return next((form for form in FORMATS if form.recognises(head)), by_name)
@@ -88,11 +88,11 @@ def split_take(path: str | Path) -> tuple[Path, str | None]:
 def with_take(path: str | Path, reading: Reading) -> tuple[Path, Reading]:
     """A path without the take that stands behind a ``#``, and the reading with it. Raises NotSupported
     where the reading has another."""
-    path, named = split_take(path)
-    if named is None:
+    path, take = split_take(path)
+    if take is None:
         return path, reading
-    if reading.take not in (None, named):
+    if reading.take not in (None, take):
         raise NotSupported(
-            f"{path}#{named} names a take, and take={reading.take!r} is another: give one of them"
+            f"{path}#{take} names a take, and take={reading.take!r} is another: give one of them"
         )
-    return path, replace(reading, take=named)
+    return path, replace(reading, take=take)

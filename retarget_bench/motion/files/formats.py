@@ -61,11 +61,11 @@ _UNTOLD = {
     "skeleton": "skeleton={value!r} is for AMC files; {path} holds its own bones",
     "body_model": "a body model is for AMASS files, and {path} is none: leave it out",
 }
-"""What files of most formats cannot be told -> the sentence about it."""
+"""Options that most formats do not take -> the sentence about it."""
 
 
 def _refuse(path: Path, reading: Reading, *names: str) -> None:
-    """Raise NotSupported where a reader is told something that its format leaves no choice in."""
+    """Raise NotSupported for an option in which the format leaves no choice."""
     for name in names:
         value = getattr(reading, name)
         if value is not None and not (name == "root_place" and value in ("auto", "absolute")):
@@ -140,4 +140,4 @@ JOINT_ARRAY = Format("joint array", (".npy",), lambda head: head.startswith(NPY)
 FORMATS = (BVH, GLTF, FBX, ACCLAIM, AMASS, JOINT_ARRAY)
 """All formats, the first for files that nothing recognises."""
 UNREADABLE = Format("no file", (), lambda head: False, _refused, _refused)  # noqa: ARG005
-"""What is no file that can be read: a folder, a device, a file that is too large."""
+"""Reasons why a path cannot be read: a folder, a device, a file that is too large."""

@@ -29,7 +29,7 @@ def motion_files(folder: Path) -> dict[str, Path]:
         listed = sorted(each for each in folder.iterdir() if not each.name.startswith("."))
     except OSError as error:
         raise FileError(folder, f"cannot be listed ({error.strerror or error})") from error
-    found: dict[str, Path] = {}
+    motions: dict[str, Path] = {}
     alone = {path.suffix.lower() for path in listed}
     for form in FORMATS:
         if alone & {*form.suffixes} - {*form.bodies}:  # beside motions, bodies are no clips
@@ -37,8 +37,8 @@ def motion_files(folder: Path) -> dict[str, Path]:
     for path in listed:
         if path.suffix.lower() in suffixes() and path.is_file():
             for name, one in motions_of(path).items():
-                found[name if name not in found else path.name + name.removeprefix(path.stem)] = one
-    return dict(sorted(found.items()))
+                motions[name if name not in motions else path.name + name.removeprefix(path.stem)] = one
+    return dict(sorted(motions.items()))
 
 
 def motions_of(path: Path) -> dict[str, Path]:
@@ -48,12 +48,12 @@ def motions_of(path: Path) -> dict[str, Path]:
         names = takes(path)
     if len(names) < 2:
         return {path.stem: path}
-    found: dict[str, Path] = {}
+    motions: dict[str, Path] = {}
     for number, name in enumerate(names, 1):
         plain = name.replace("/", "_").strip() or str(number)
-        free = plain if f"{path.stem}-{plain}" not in found else f"{plain}-{number}"
-        found[f"{path.stem}-{free}"] = path.with_name(f"{path.name}#{number}")
-    return found
+        free = plain if f"{path.stem}-{plain}" not in motions else f"{plain}-{number}"
+        motions[f"{path.stem}-{free}"] = path.with_name(f"{path.name}#{number}")
+    return motions
 
 
 def hierarchy_of(path: Path) -> Hierarchy:
@@ -83,8 +83,8 @@ def facts(path: Path) -> tuple[str, str, int, float]:
     own, take = split_take(path)
     recording = read(path)
     content = hashlib.sha256(own.read_bytes() + repr(take).encode())
-    given = recording.rotations if recording.positions is None else recording.positions
-    for array in (given, recording.root, recording.skeleton.offsets):
+    values = recording.rotations if recording.positions is None else recording.positions
+    for array in (values, recording.root, recording.skeleton.offsets):
         content.update(np.ascontiguousarray(array).tobytes())  # of the files that it refers to
     skeleton = recording.skeleton
     bones = np.round(_bones(recording)[1:] / max(reach(skeleton), 1e-9), _DIGITS) + 0.0

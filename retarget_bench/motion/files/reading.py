@@ -1,4 +1,4 @@
-"""How a file is read, where that is not to be found from it: what a user says, or a TOML file has."""
+"""Options of reading a file, where the file leaves them open: from the user or a TOML file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from retarget_bench.files import read_toml
 from retarget_bench.motion.inner_positions import Way
 from retarget_bench.motion.roles import is_role, no_role
 from retarget_bench.motion.up_axis import UP_AXES
-from retarget_bench.options import Declared, OptionSet, declared, option
+from retarget_bench.options import Option, OptionSet, declared, option
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "dm": 0.1, "inch": 0.0254, "cmu": 0.0254 / 0.45}
 """Metres of one unit. ``cmu``: inches over 0.45, of the CMU motion capture files."""
@@ -24,9 +24,10 @@ _FASTEST = 1e5
 
 
 class Reading(OptionSet):
-    """What a user says of a file, over what is found in it and, where ``reading`` names a TOML file, over
-    what that says; a file of ``roles`` is read, too, so that ``reading`` is None afterwards, and roles are
-    a table. Raises BenchError for values that are not known, FileError for files that cannot be read.
+    """The user's options for a file. They override what is found in it and, where ``reading`` names a TOML
+    file, over what that says; a file of ``roles`` is read, too, so that ``reading`` is None afterwards, and
+    roles are a table. Raises BenchError for values that are not known, FileError for files that cannot be
+    read.
     """
 
     unit: str | float = option("Unit: m, cm, mm, dm, inch, cmu, or metres per unit.", default="auto")
@@ -70,9 +71,9 @@ class Reading(OptionSet):
             inner = table.get("roles")
             self._set(roles=_roles(Path(self.roles), inner if isinstance(inner, dict) else table))
         if self.reading is not None:
-            said = {each.name for each in fields(self) if getattr(self, each.name) != each.default}
+            explicit = {each.name for each in fields(self) if getattr(self, each.name) != each.default}
             below = vars(_read(Path(self.reading)))
-            self._set(**{name: value for name, value in below.items() if name not in said})
+            self._set(**{name: value for name, value in below.items() if name not in explicit})
             self._set(reading=None)
         _ = self.metres  # raises for what is no unit
         if self.up != "auto" and self.up not in UP_AXES:
@@ -83,16 +84,16 @@ class Reading(OptionSet):
             )
 
     @staticmethod
-    def of(said: Mapping[str, Any]) -> Reading:
+    def of(values: Mapping[str, Any]) -> Reading:
         """A reading by names and values as they are written: a number where text is meant is that text.
 
         Raises BenchError, as for names that are not known."""
-        known = declared(Reading)
-        for name in said:
-            if name not in known:
-                near = difflib.get_close_matches(name, known, 1) or known
+        types = declared(Reading)
+        for name in values:
+            if name not in types:
+                near = difflib.get_close_matches(name, types, 1) or types
                 raise BenchError(f"{name!r} is nothing that a file is read by; try {', '.join(near)}")
-        return Reading(**{name: _fitting(value, known[name]) for name, value in said.items()})
+        return Reading(**{name: _fitting(value, types[name]) for name, value in values.items()})
 
     def __hash__(self) -> int:
         return hash(str(self))
@@ -103,7 +104,7 @@ class Reading(OptionSet):
 
     @property
     def overrides(self) -> Mapping[str, str | None]:
-        """Joint name -> role or None, of those joints whose role is said."""
+        """Joint name -> role or None, of the joints whose role is set."""
         assert self.roles is None or isinstance(self.roles, Mapping)
         return self.roles or {}
 
@@ -126,18 +127,18 @@ class Reading(OptionSet):
     @property
     def files(self) -> dict[str, Path]:
         """The files that are named."""
-        named = {"skeleton": self.skeleton, "body_model": self.body_model}
-        return {name: Path(path).expanduser() for name, path in named.items() if path is not None}
+        options = {"skeleton": self.skeleton, "body_model": self.body_model}
+        return {name: Path(path).expanduser() for name, path in options.items() if path is not None}
 
     @property
     def stated(self) -> dict[str, Any]:
-        """What is said, by its name; the rest is to be found."""
+        """The options that are set, by name."""
         return {
             each.name: value for each in fields(self) if (value := vars(self)[each.name]) != each.default
         }
 
 
-def _fitting(value: Any, field: Declared) -> Any:
+def _fitting(value: Any, field: Option) -> Any:
     written = isinstance(value, int | float) and not field.is_a(float)
     return str(value) if written else value
 
@@ -146,7 +147,7 @@ def _read(path: Path) -> Reading:
     """The reading in a TOML file, with a table ``roles``."""
     table = read_toml(path)
     if "reading" in table:
-        raise FileError(path, "says 'reading', which one reading cannot: name one file")
+        raise FileError(path, "has a line 'reading', and no reading file may name another: name one file")
     if isinstance(roles := table.get("roles"), dict):
         table["roles"] = _roles(path, roles)
     try:
@@ -159,11 +160,11 @@ def _read(path: Path) -> Reading:
 
 def _roles(path: Path, table: Mapping[str, Any]) -> dict[str, str | None]:
     """Joint name -> role, of lines ``"joint name" = "role"``; ``"none"`` or ``""`` takes a role away."""
-    found: dict[str, str | None] = {}
+    roles: dict[str, str | None] = {}
     for name, role in table.items():
         if not isinstance(role, str):
             raise FileError(path, f'{name!r}: expected "joint name" = "role", with both in quotes')
-        found[name] = None if role in ("", "none") else role
-        if found[name] is not None and not is_role(role):
+        roles[name] = None if role in ("", "none") else role
+        if roles[name] is not None and not is_role(role):
             raise FileError(path, f"{name!r}: {no_role(role)}")
-    return found
+    return roles

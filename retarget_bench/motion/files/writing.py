@@ -31,20 +31,20 @@ def write(
     path: ends in one of ``files.suffixes(written=True)``.
     Raises FileError.
     """
-    wanted = next((form for form in FORMATS if path.suffix.lower() in form.suffixes), BVH)
+    output_format = next((form for form in FORMATS if path.suffix.lower() in form.suffixes), BVH)
     if like is not None and not motion.skeleton.same_as(like.motion.skeleton):
         like = None
-    if like is not None and format_of(like.findings.path) is not wanted:
+    if like is not None and format_of(like.findings.path) is not output_format:
         like = None
-    if like is not None and wanted is BVH:
+    if like is not None and output_format is BVH:
         return write_like.write(path, motion, like, root=like.reading.root_place, places=places)
-    if like is not None and wanted is GLTF:
+    if like is not None and output_format is GLTF:
         return write_into.write(path, motion, like, places=places)
     lost = () if places is None else (inner_positions.NOT_KEPT,)
-    if wanted is AMASS:
+    if output_format is AMASS:
         notes = smpl.write(path, motion) if like is None else smpl.write_into(path, motion, like)
         return (*notes, *lost)
-    if wanted is GLTF:
+    if output_format is GLTF:
         gltf.write(path, motion)
     else:
         bvh.write(path, motion)

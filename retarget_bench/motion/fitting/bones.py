@@ -141,11 +141,11 @@ def _borrowed(
     children: tuple[tuple[int, ...], ...], owns: list[tuple[int, ...]], joint: int
 ) -> tuple[int, ...]:
     """The ends of bones that leave zero-length children, and theirs in turn."""
-    found: list[int] = []
+    ends: list[int] = []
     for child in children[joint]:
         if child not in owns[joint]:
-            found += [*owns[child], *_borrowed(children, owns, child)]
-    return tuple(found)
+            ends += [*owns[child], *_borrowed(children, owns, child)]
+    return tuple(ends)
 
 
 def _hinge(character: Character, joint: int, upper: np.ndarray, lower: np.ndarray) -> np.ndarray | None:
@@ -161,22 +161,23 @@ def _hinge(character: Character, joint: int, upper: np.ndarray, lower: np.ndarra
     return rest / size if size > _FOLDED else None
 
 
-def goals(tree: Tree, seen: np.ndarray) -> np.ndarray:
-    """``(frames, joints, 3)`` the places seen, with bones of the body's length in the middle of the clip.
+def goals(tree: Tree, positions: np.ndarray) -> np.ndarray:
+    """``(frames, joints, 3)`` target positions: the ``positions`` with bones whose median length is the
+    body's.
 
     Where all frames show a bone longer than it is, its direction is what can be kept: what hangs below it
     is moved along. Lengths that vary about the right one are noise and stay, for the fit to even out.
     Noise makes bones seem longer by what it adds across them, which is estimated from what it adds along.
     """
-    steps = seen - seen.take(tree.parents, axis=1)
-    steps[:, 0] = seen[:, 0]
+    steps = positions - positions.take(tree.parents, axis=1)
+    steps[:, 0] = positions[:, 0]
     lengths = np.linalg.norm(steps[:, 1:], axis=2)
     middle = np.median(lengths, axis=0)
     noise = 1.4826 * np.median(np.abs(lengths - middle), axis=0)
     shown = np.sqrt(np.maximum(middle**2 - 2.0 * noise**2, (middle / _LONGER) ** 2))
-    wanted = tree.lengths[1:]
-    factor = np.where(wanted > NOTHING, wanted, 1.0) / np.maximum(shown, NOTHING)
-    steps[:, 1:] *= np.clip(np.where(wanted > NOTHING, factor, 1.0), 1 / _LONGER, _LONGER)[:, None]
+    expected = tree.lengths[1:]
+    factor = np.where(expected > NOTHING, expected, 1.0) / np.maximum(shown, NOTHING)
+    steps[:, 1:] *= np.clip(np.where(expected > NOTHING, factor, 1.0), 1 / _LONGER, _LONGER)[:, None]
     out = steps
     for joint, parent in enumerate(tree.parents[1:], 1):
         out[:, joint] += out[:, parent]
@@ -184,14 +185,14 @@ def goals(tree: Tree, seen: np.ndarray) -> np.ndarray:
 
 
 # ------------------------------------------------------------------------------------- in closed form
-def first(tree: Tree, seen: np.ndarray) -> np.ndarray:
+def first(tree: Tree, positions: np.ndarray) -> np.ndarray:
     """``(frames, joints, 4)`` from the root outward: a turn that brings the bones of every joint nearest to
     the directions seen; the shortest one from the parent's orientation where they leave a twist open."""
-    out = np.empty((*seen.shape[:2], 4))
+    out = np.empty((*positions.shape[:2], 4))
     still = np.broadcast_to(rotation.identity(), out[:, 0].shape)
     for joint, (parent, sight) in enumerate(zip(tree.parents, tree.sights, strict=True)):
         above = out[:, parent] if parent >= 0 else still
-        out[:, joint] = _turned(tree, sight, seen - seen[:, joint, None], above)
+        out[:, joint] = _turned(tree, sight, positions - positions[:, joint, None], above)
     return out
 
 
@@ -220,16 +221,16 @@ def wahba(now: np.ndarray, then: np.ndarray, above: np.ndarray, weight: float) -
 
 
 # ------------------------------------------------------------------------------------- Gauss-Newton
-def refined(tree: Tree, start: np.ndarray, wanted: np.ndarray, hold: float = 0.0) -> np.ndarray:
+def refined(tree: Tree, start: np.ndarray, targets: np.ndarray, hold: float = 0.0) -> np.ndarray:
     """``(frames, joints, 4)`` from ``start``, of the same shape, to the least sum of squared distances from
-    ``wanted`` ``(frames, joints, 3)``, each frame damped as it needs (Levenberg).
+    ``targets`` ``(frames, joints, 3)``, each frame damped as it needs (Levenberg).
 
-    hold: square metres that a radian away from the start costs. The root stands where it is wanted."""
+    hold: square metres that a radian away from the start costs. The root stands at its target."""
     out = np.array(start)
     size = max(1, _AT_ONCE // len(tree.parents))
     for low in range(0, len(out), size):
         some = slice(low, low + size)
-        _descend(_Problem(tree, start[some], wanted[some], hold), out[some])
+        _descend(_Problem(tree, start[some], targets[some], hold), out[some])
     return out
 
 
@@ -254,15 +255,15 @@ def _descend(problem: _Problem, out: np.ndarray) -> None:
         out[open_[better]], cost[open_[better]] = after[better], least[better]
         damping[open_] *= np.where(better, _EASE, _CARE)
         enough = gain < _GAIN * least + problem.nothing
-        done = np.where(better, enough, damping[open_] > stuck[open_])
-        open_ = open_[~done]
+        finished = np.where(better, enough, damping[open_] > stuck[open_])
+        open_ = open_[~finished]
 
 
 class _Problem:
-    """Some frames of a clip, and what is wanted of them."""
+    """Some frames of a clip, and the targets of their joints."""
 
-    def __init__(self, tree: Tree, start: np.ndarray, wanted: np.ndarray, hold: float) -> None:
-        self.tree, self.start, self.wanted = tree, start, wanted
+    def __init__(self, tree: Tree, start: np.ndarray, targets: np.ndarray, hold: float) -> None:
+        self.tree, self.start, self.targets = tree, start, targets
         longest = [max((float(tree.lengths[c]) for c in below), default=0.0) for below in tree.children]
         self.scale = np.maximum(longest, NOTHING) ** 2
         self.hold = _PULL * self.scale + hold
@@ -271,12 +272,12 @@ class _Problem:
 
     def at(self, frames: np.ndarray) -> _Problem:
         part = object.__new__(_Problem)
-        part.__dict__.update(self.__dict__, start=self.start[frames], wanted=self.wanted[frames])
+        part.__dict__.update(self.__dict__, start=self.start[frames], targets=self.targets[frames])
         return part
 
     def cost(self, turned: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """``(frames,)`` square metres, and how far joints are from where they are wanted."""
-        off = self.tree.places(turned, self.wanted[:, 0]) - self.wanted
+        """``(frames,)`` square metres, and the joints' offsets from their targets."""
+        off = self.tree.places(turned, self.targets[:, 0]) - self.targets
         back = self._back(turned)
         pull = self.hold @ np.square(back).sum(axis=2).T
         return np.square(off).sum(axis=(1, 2)) + pull, off

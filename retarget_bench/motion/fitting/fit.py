@@ -61,8 +61,8 @@ def fit(positions: Positions | Surface, source: Source | None = None) -> Fitted:
     rotations, what positions leave open is turned as there.
     Raises BenchError where a position is not finite.
     """
-    seen, character = positions.positions, positions.character
-    bad = ~np.isfinite(seen).all(axis=2)
+    places, character = positions.positions, positions.character
+    bad = ~np.isfinite(places).all(axis=2)
     if bad.any():
         frame, joint = np.argwhere(bad)[0].tolist()
         raise BenchError(
@@ -70,18 +70,18 @@ def fit(positions: Positions | Surface, source: Source | None = None) -> Fitted:
             f"{int(bad.any(axis=1).sum())} of {len(bad)} frames some are not finite, the first being "
             f"{positions.skeleton.names[joint]!r} in frame {frame}"
         )
-    if not len(seen):
-        empty = character.motion(np.zeros((0, seen.shape[1], 4)), np.zeros((0, 3)), positions.fps)
-        return Fitted(empty, np.zeros(seen.shape[:2]))
+    if not len(places):
+        empty = character.motion(np.zeros((0, places.shape[1], 4)), np.zeros((0, 3)), positions.fps)
+        return Fitted(empty, np.zeros(places.shape[:2]))
     tree = bones.Tree.of(character)
-    wanted = bones.goals(tree, seen)
-    turned = bones.refined(tree, bones.first(tree, wanted), wanted)
-    off = np.square(tree.places(turned, wanted[:, 0]) - wanted).sum(axis=2)[:, 1:]
+    targets = bones.goals(tree, places)
+    turned = bones.refined(tree, bones.first(tree, targets), targets)
+    off = np.square(tree.places(turned, targets[:, 0]) - targets).sum(axis=2)[:, 1:]
     noise = float(np.sqrt(off.mean())) if off.size else 0.0
-    given = transfer.orientations(source, character) if isinstance(source, Motion) else None
-    turned = twist.twisted(tree, turned, wanted, positions.fps, noise, given)
-    turned = bones.refined(tree, turned, wanted, _HOLD * noise**2)
+    orientations = transfer.orientations(source, character) if isinstance(source, Motion) else None
+    turned = twist.twisted(tree, turned, targets, positions.fps, noise, orientations)
+    turned = bones.refined(tree, turned, targets, _HOLD * noise**2)
     motion = character.motion(
         transfer.from_relative(character, turned), positions.root.copy(), positions.fps
     )
-    return Fitted(motion, np.linalg.norm(motion.positions - seen, axis=2))
+    return Fitted(motion, np.linalg.norm(motion.positions - places, axis=2))

@@ -25,20 +25,20 @@ def with_rotations(recording: Recording) -> Recording:
     skeleton, size = recording.skeleton, reach(recording.skeleton)
     scale = 1.0 if _METRES[0] <= size <= _METRES[1] else 1.0 / max(size, 1e-12)
     body = Character.of("body", Skeleton(skeleton.names, skeleton.parents, skeleton.offsets * scale))
-    found = fit.fit(body.positions(recording.positions * scale, recording.fps))
-    off, most = (100 * each / max(body.height, 1e-9) for each in (found.mean, found.worst))
-    joint = skeleton.names[int(found.distances.max(axis=0).argmax())]
-    told = f"{_percent(off)} of the body's height off on average, {_percent(most)} at most ({joint})"
+    fitted = fit.fit(body.positions(recording.positions * scale, recording.fps))
+    off, most = (100 * each / max(body.height, 1e-9) for each in (fitted.mean, fitted.worst))
+    joint = skeleton.names[int(fitted.distances.max(axis=0).argmax())]
+    deviation = f"{_percent(off)} of the body's height off on average, {_percent(most)} at most ({joint})"
     notes, doubts = [*recording.notes], [*recording.doubts]
     if off > _FAR:
         doubts.append(
-            f"joint positions are of no body with bones of one length: fitted rotations are {told}"
+            f"joint positions are of no body with bones of one length: fitted rotations are {deviation}"
         )
     else:
-        notes.append(f"rotations were fitted to joint positions: {told}")
+        notes.append(f"rotations were fitted to joint positions: {deviation}")
     return replace(
         recording,
-        rotations=np.asarray(found.motion.rotations),
+        rotations=np.asarray(fitted.motion.rotations),
         notes=tuple(notes),
         doubts=tuple(doubts),
         positions=None,

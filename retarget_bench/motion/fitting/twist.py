@@ -15,7 +15,7 @@ from retarget_bench.motion.roles import SIDES
 
 _PARENT = 0.05
 """Weight of no twist against the parent, where the bone points as at rest; none where it points back."""
-_GIVEN = 1.0
+_OTHER_BODY = 1.0
 """The same for the twist that another body has in this motion: it reaches over 4 frames."""
 _FIRMNESS = 20.0
 """Weight of neighbouring frames at 30 frames per second; the parent then reaches over 20 frames."""
@@ -34,19 +34,20 @@ _LEAST = 1e-3
 def twisted(
     tree: Tree,
     turned: np.ndarray,
-    seen: np.ndarray,
+    places: np.ndarray,
     fps: float,
     noise: float,
-    given: np.ndarray | None = None,
+    orientations: np.ndarray | None = None,
 ) -> np.ndarray:
     """``(frames, joints, 4)`` the same orientations with every twist that is not seen chosen.
 
-    turned: of the same shape, relative to the reference pose, bones fitted. seen: ``(frames, joints, 3)``.
-    noise:  metres that the fitted joints are off, by which it is judged what is seen.
-    given:  orientations like ``turned`` of another body in this motion: how a joint is turned there against
-            the one above takes the place of no turn at all.
+    turned: of the same shape, relative to the reference pose, bones fitted.
+    places: ``(frames, joints, 3)``.
+    noise: metres that the fitted joints are off, by which it is judged what is seen.
+    orientations: like ``turned``, of another body in this motion: how a joint is turned there against the
+        one above takes the place of no turn at all.
     """
-    out, choice = np.empty_like(turned), _Choice(tree, turned, seen, fps, noise, given)
+    out, choice = np.empty_like(turned), _Choice(tree, turned, places, fps, noise, orientations)
     for joint, sight in enumerate(tree.sights):
         above = choice.above(joint, out)
         if not sight.own:
@@ -65,12 +66,12 @@ class _Choice:
         self,
         tree: Tree,
         turned: np.ndarray,
-        seen: np.ndarray,
+        places: np.ndarray,
         fps: float,
         noise: float,
-        given: np.ndarray | None,
+        orientations: np.ndarray | None,
     ) -> None:
-        self.tree, self.turned, self.seen, self.given = tree, turned, seen, given
+        self.tree, self.turned, self.places, self.others = tree, turned, places, orientations
         self.noise, self.firmness = max(noise, 1e-9), _FIRMNESS * (fps / 30.0) ** 2
 
     def shown(self, joint: int) -> bool:
@@ -82,8 +83,8 @@ class _Choice:
         against a joint above it."""
         base, parents, sights = self.tree.parents[joint], self.tree.parents, self.tree.sights
         if base < 0:
-            return rotation.identity(len(out)) if self.given is None else self.given[:, joint]
-        if self.given is None:
+            return rotation.identity(len(out)) if self.others is None else self.others[:, joint]
+        if self.others is None:
             return out[:, base]
         # A hinge twists the upper limb by this rig's habits, not by those of the rig that is given; and a
         # face looks where the chest lets it, even if a neck leans otherwise.
@@ -94,9 +95,9 @@ class _Choice:
 
     def _carried(self, turned: np.ndarray, base: int, joint: int) -> np.ndarray:
         """``(frames, 4)`` a joint as it is given against ``base``, which has the orientation ``turned``."""
-        if self.given is None:
+        if self.others is None:
             return turned
-        against = rotation.multiply(rotation.conjugate(self.given[:, base]), self.given[:, joint])
+        against = rotation.multiply(rotation.conjugate(self.others[:, base]), self.others[:, joint])
         return rotation.multiply(turned, against)
 
     def of(self, joint: int, above: np.ndarray) -> np.ndarray:
@@ -106,8 +107,8 @@ class _Choice:
         there = self._there(joint)
         swung = _swung(above, axis, there)
         at_rest = 0.5 + 0.5 * _dot(rotation.rotate(above, axis), there)
-        known = _PARENT if self.given is None else _GIVEN
-        least = known if self.tree.parents[joint] >= 0 else _LEAST
+        weight = _PARENT if self.others is None else _OTHER_BODY
+        least = weight if self.tree.parents[joint] >= 0 else _LEAST
         pull = np.maximum(least * np.square(at_rest), _LEAST)
         targets = [(pull, np.zeros(len(pull))), self._own(joint, swung)]
         targets += [self._bent(joint, swung, there), self._below(joint, swung)]
@@ -134,8 +135,10 @@ class _Choice:
         sight = self.tree.sights[joint]
         if sight.hinge is None:
             return np.zeros(len(swung)), np.zeros(len(swung))
-        (middle, end), seen = sight.bend, self.seen
-        normal, share = hinges.bend(seen[:, middle] - seen[:, joint], seen[:, end] - seen[:, middle])
+        (middle, end), places = sight.bend, self.places
+        normal, share = hinges.bend(
+            places[:, middle] - places[:, joint], places[:, end] - places[:, middle]
+        )
         axis = rotation.rotate(swung, sight.hinge)
         return _HINGE * share, np.arctan2(_dot(np.cross(axis, normal), there), _dot(axis, normal))
 

@@ -22,12 +22,12 @@ def inside(body: Character, vertices: np.ndarray) -> list[np.ndarray]:
 
 def _inside(limb: Limb, order: np.ndarray, starts: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     tested = vertices[:, limb.tested]
-    found = in_boxes(tested, *boxes(vertices, order, starts))
-    for frame in np.flatnonzero(found.any(axis=1)):
-        chosen = np.flatnonzero(found[frame])
+    inside = in_boxes(tested, *boxes(vertices, order, starts))
+    for frame in np.flatnonzero(inside.any(axis=1)):
+        chosen = np.flatnonzero(inside[frame])
         numbers = winding_numbers(tested[frame, chosen], *limb.closed(vertices[frame]), limb.sealed)
-        found[frame, chosen] = numbers > INSIDE
-    return found
+        inside[frame, chosen] = numbers > INSIDE
+    return inside
 
 
 @lru_cache(maxsize=256)
@@ -37,13 +37,13 @@ def _boxed(body: Character) -> tuple[tuple[Limb, tuple[np.ndarray, np.ndarray]],
     mesh = body.mesh
     assert mesh is not None
     joint = mesh.weights.argmax(axis=1)
-    found = []
+    boxed = []
     for limb in limbs(body):
         of = joint[limb.faces]
         parts = [np.unique(limb.faces[(of == each).any(axis=1)]) for each in np.unique(of)]
         starts = np.cumsum([0, *map(len, parts[:-1])])
-        found.append((limb, (np.concatenate(parts), starts)))
-    return tuple(found)
+        boxed.append((limb, (np.concatenate(parts), starts)))
+    return tuple(boxed)
 
 
 @lru_cache(maxsize=256)
@@ -61,8 +61,8 @@ def inside_mask(body: Character, vertices: np.ndarray) -> np.ndarray:
 
     vertices: ``(frames, V, 3)`` metres, of the character's mesh.
     """
-    found = np.zeros(vertices.shape[:2], dtype=bool)
+    mask = np.zeros(vertices.shape[:2], dtype=bool)
     hits = zip(limbs(body), inside(body, vertices), inside_at_rest(body), strict=True)
     for limb, now, rest in hits:
-        found[:, limb.tested] = now & ~rest
-    return found
+        mask[:, limb.tested] = now & ~rest
+    return mask

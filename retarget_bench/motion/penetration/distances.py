@@ -34,10 +34,10 @@ def to_surface(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) 
     if not len(points) or not len(triangles):
         return np.full(len(points), np.inf)
     reach = cKDTree(vertices[np.unique(triangles)]).query(points)[0]
-    found = np.full(len(points), np.inf)
+    distances = np.full(len(points), np.inf)
     point, _, metres = within(points, vertices[triangles], reach * (1.0 + 1e-9))
-    np.minimum.at(found, point, metres)
-    return found
+    np.minimum.at(distances, point, metres)
+    return distances
 
 
 def within(
@@ -66,10 +66,10 @@ def deepest(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> 
     from scipy.spatial import cKDTree
 
     reach = cKDTree(vertices[np.unique(triangles)]).query(points)[0]
-    order, found = np.argsort(-reach), 0.0
+    order, depth = np.argsort(-reach), 0.0
     for first in range(0, len(points), _AT_A_TIME):
         chosen = order[first : first + _AT_A_TIME]
-        if reach[chosen[0]] <= found:
+        if reach[chosen[0]] <= depth:
             break
-        found = max(found, float(to_surface(points[chosen], vertices, triangles).max()))
-    return found
+        depth = max(depth, float(to_surface(points[chosen], vertices, triangles).max()))
+    return depth

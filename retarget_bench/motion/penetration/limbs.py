@@ -57,36 +57,38 @@ def limbs(body: Character) -> tuple[Limb, ...]:
     if mesh is None or not len(mesh.faces):
         return ()
     welded = weld(mesh)
-    found = []
+    candidates = []
     for side in SIDES:
         for top, middle in LIMBS:
             joints = [body.joint_of.get(f"{side}_{part}") for part in (top, middle)]
             if joints[0] is not None and joints[1] is not None:
-                found.append(_limb(f"{side}_{top}", mesh, welded, body.skeleton, (joints[0], joints[1])))
-    return tuple(limb for limb in found if len(limb.tested) and len(limb.faces))
+                candidates.append(
+                    _limb(f"{side}_{top}", mesh, welded, body.skeleton, (joints[0], joints[1]))
+                )
+    return tuple(limb for limb in candidates if len(limb.tested) and len(limb.faces))
 
 
 def _limb(name: str, mesh: Mesh, welded: np.ndarray, skeleton: Skeleton, joints: Sequence[int]) -> Limb:
-    whole, tested = (flesh(mesh, skeleton, joint) for joint in joints)
-    rest = welded[~whole[mesh.faces].any(axis=1)]
+    entire, tested = (moved_vertices(mesh, skeleton, joint) for joint in joints)
+    rest = welded[~entire[mesh.faces].any(axis=1)]
     rims, caps = _cuts(rest, _open_edges(welded))
     numbers = np.flatnonzero(tested & np.isin(np.arange(len(tested)), mesh.faces))
     limb = Limb(name, numbers, vertex_areas(mesh)[numbers], rest, rims, caps)
     return replace(limb, sealed=is_closed(limb.closed(mesh.vertices)[1]))
 
 
-def flesh(mesh: Mesh, skeleton: Skeleton, joint: int) -> np.ndarray:
+def moved_vertices(mesh: Mesh, skeleton: Skeleton, joint: int) -> np.ndarray:
     """``(V,)`` bool: vertices that a joint and those below it move for the most part."""
     return np.asarray(mesh.weights[:, below(skeleton, joint)].sum(axis=1) > MOST)
 
 
 def below(skeleton: Skeleton, joint: int) -> np.ndarray:
     """``(joints,)`` bool: a joint and all that hang from it."""
-    found = np.zeros(len(skeleton), dtype=bool)
-    found[joint] = True
+    mask = np.zeros(len(skeleton), dtype=bool)
+    mask[joint] = True
     for k, parent in enumerate(skeleton.parents.tolist()):
-        found[k] |= parent >= 0 and found[parent]
-    return found
+        mask[k] |= parent >= 0 and mask[parent]
+    return mask
 
 
 def weld(mesh: Mesh) -> np.ndarray:
@@ -117,8 +119,8 @@ def _cuts(rest: np.ndarray, holes: np.ndarray) -> tuple[tuple[np.ndarray, ...], 
     from scipy.sparse.csgraph import connected_components  # type: ignore[import-untyped]
 
     edges = _open_edges(rest)
-    known = {tuple(edge) for edge in holes.tolist()}
-    edges = np.array([edge for edge in edges.tolist() if tuple(edge) not in known]).reshape(-1, 2)
+    hole_edges = {tuple(edge) for edge in holes.tolist()}
+    edges = np.array([edge for edge in edges.tolist() if tuple(edge) not in hole_edges]).reshape(-1, 2)
     if not len(edges):
         return (), ()
     size = int(edges.max()) + 1

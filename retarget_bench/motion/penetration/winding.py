@@ -109,11 +109,11 @@ def _passes(points: np.ndarray, vertices: np.ndarray, start: np.ndarray, end: np
 def in_boxes(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """``(frames, points)`` bool: points ``(frames, points, 3)`` in any of the boxes of their frame, whose
     corners are ``(frames, boxes, 3)``."""
-    found = np.zeros(points.shape[:2], dtype=bool)
+    inside = np.zeros(points.shape[:2], dtype=bool)
     for box in range(low.shape[1]):
         above, under = points >= low[:, box, None], points <= high[:, box, None]
-        found |= (above & under).all(axis=-1)
-    return found
+        inside |= (above & under).all(axis=-1)
+    return inside
 
 
 def boxes(vertices: np.ndarray, order: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -36,15 +36,15 @@ class Exchange:
     """
 
     source: Motion
-    theirs: Rig
-    ours: Rig
+    source_rig: Rig
+    target_rig: Rig
     pose: Pose
     ratios: np.ndarray
 
     @property
     def four_legged(self) -> bool:
         """True where all four feet of both bodies stand."""
-        return self.theirs.character.four_legged and self.ours.character.four_legged
+        return self.source_rig.character.four_legged and self.target_rig.character.four_legged
 
 
 @dataclass(frozen=True)
@@ -60,20 +60,20 @@ class Plan:
     firm: np.ndarray
 
 
-def plan(exchange: Exchange, theirs: Limb, ours: Limb) -> Plan:
+def plan(exchange: Exchange, source_limb: Limb, target_limb: Limb) -> Plan:
     """Goals for a foot that hold ankle and toe wherever the source holds them.
 
     Its height is told by the toe, which touches the floor; an ankle's depends on how the foot is turned.
     """
     fps = exchange.source.fps
-    still = planted(exchange.source, theirs.end)
-    orientation = exchange.pose.turned[:, ours.end]
-    path = walked(exchange, theirs.end, ours.end)
-    if ours.tip < 0 or theirs.tip < 0:
+    still = planted(exchange.source, source_limb.end)
+    orientation = exchange.pose.turned[:, target_limb.end]
+    path = walked(exchange, source_limb.end, target_limb.end)
+    if target_limb.tip < 0 or source_limb.tip < 0:
         return Plan(path + spread(held(path, still) - path, still, fps), orientation, still)
-    sole = exchange.pose.places[:, ours.tip] - exchange.pose.places[:, ours.end]
-    path[:, 1] = walked(exchange, theirs.tip, ours.tip)[:, 1] - sole[:, 1]
-    return hold(path, path, sole, orientation, (still, planted(exchange.source, theirs.tip)), fps)
+    sole = exchange.pose.places[:, target_limb.tip] - exchange.pose.places[:, target_limb.end]
+    path[:, 1] = walked(exchange, source_limb.tip, target_limb.tip)[:, 1] - sole[:, 1]
+    return hold(path, path, sole, orientation, (still, planted(exchange.source, source_limb.tip)), fps)
 
 
 def hold(
@@ -91,23 +91,23 @@ def hold(
     both, firm = rests[0] & rests[1], rests[0] | rests[1]
     turn = rotation.between(sole, np.where(both[:, None], at_toe - at_ankle, sole))
     turn = rotation.from_rotation_vector(spread(rotation.to_rotation_vector(turn), both, fps))
-    wanted = np.where(rests[1][:, None], at_toe - rotation.rotate(turn, sole), at_ankle)
-    return Plan(path + spread(wanted - path, firm, fps), rotation.multiply(turn, orientation), firm)
+    ankle = np.where(rests[1][:, None], at_toe - rotation.rotate(turn, sole), at_ankle)
+    return Plan(path + spread(ankle - path, firm, fps), rotation.multiply(turn, orientation), firm)
 
 
-def walked(exchange: Exchange, theirs: int, ours: int) -> np.ndarray:
+def walked(exchange: Exchange, source_joint: int, target_joint: int) -> np.ndarray:
     """``(frames, 3)`` where a foot or hand goes that belongs to the floor, not to the body above it.
 
     Near the floor it is the source's own path, scaled like the root path, so that what stands still keeps
     standing still; to it comes what the two bodies differ by at rest (narrower hips, thicker soles), turned
     with the hips. Well above the floor (kicks, hanging, lying with raised legs) it is the copied path.
     """
-    source, copied = exchange.source, exchange.pose.places[:, ours]
-    seen, rest = source.positions[:, theirs], exchange.theirs.rest[theirs]
-    differ = exchange.ours.rest[ours] - exchange.ratios * rest
-    level = rotation.rotate(exchange.theirs.facing(source), differ * [1.0, 0.0, 1.0])
-    scaled = exchange.ratios * seen + level * [1.0, 0.0, 1.0] + differ * [0.0, 1.0, 0.0]
-    above = np.abs(seen[:, 1] - rest[1]) / source.character.height
+    source, copied = exchange.source, exchange.pose.places[:, target_joint]
+    places, rest = source.positions[:, source_joint], exchange.source_rig.rest[source_joint]
+    differ = exchange.target_rig.rest[target_joint] - exchange.ratios * rest
+    level = rotation.rotate(exchange.source_rig.facing(source), differ * [1.0, 0.0, 1.0])
+    scaled = exchange.ratios * places + level * [1.0, 0.0, 1.0] + differ * [0.0, 1.0, 0.0]
+    above = np.abs(places[:, 1] - rest[1]) / source.character.height
     air = smoothstep((above - _ON_FLOOR) / (_IN_AIR - _ON_FLOOR))
     return scaled + air[:, None] * (copied - scaled)
 
@@ -205,13 +205,13 @@ def give(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float) -
         copied = np.linalg.norm(pose.places[:, limb.end] - hip, axis=1)  # may stay as straight
         legs.append((plan.goal - hip, np.maximum(LEG[2] * reach(pose, limb), copied), plan.firm))
     for _ in range(_ROUNDS):
-        wanted = offset
-        for to_goal, whole, firm in legs * 2:
-            left = to_goal - wanted
+        shifted = offset
+        for to_goal, length, firm in legs * 2:
+            left = to_goal - shifted
             far = np.linalg.norm(left, axis=1)
-            short = np.where(firm, np.maximum(far - whole, 0.0), 0.0)
-            wanted = wanted + (short / np.maximum(far, 1e-9))[:, None] * left
-        step = wanted - offset
+            short = np.where(firm, np.maximum(far - length, 0.0), 0.0)
+            shifted = shifted + (short / np.maximum(far, 1e-9))[:, None] * left
+        step = shifted - offset
         if np.abs(step).max() < _NEAR:
             break
         offset = offset + smooth(step, fps)

@@ -98,7 +98,7 @@ class Pose:
 
     @classmethod
     def of(cls, motion: Motion) -> Self:
-        """The pose of a motion that nobody else holds: its arrays are changed."""
+        """The pose of a motion, whose arrays are changed in place."""
         return cls(motion.rotations, motion.root, motion.positions, motion.global_rotations)
 
     def stand(self, body: Character) -> None:
@@ -131,12 +131,12 @@ def ease_reach(
     """
     first = pose.places[:, limb.upper]
     copied, far = _norm(pose.places[:, limb.end] - first), _norm(goal - first)
-    low, soon, late, high = (share * reach(pose, limb) for share in shares)
-    low, soon = np.minimum(low, copied), np.minimum(soon, copied)
-    late, high = np.maximum(late, copied), np.maximum(high, copied)
-    folded = soon - _saturate(soon - far, soon - low)
-    stretched = late + _saturate(far - late, high - late)
-    out = np.where(far < soon, folded, np.where(far > late, stretched, far))
+    low, soft_low, soft_high, high = (share * reach(pose, limb) for share in shares)
+    low, soft_low = np.minimum(low, copied), np.minimum(soft_low, copied)
+    soft_high, high = np.maximum(soft_high, copied), np.maximum(high, copied)
+    folded = soft_low - _saturate(soft_low - far, soft_low - low)
+    stretched = soft_high + _saturate(far - soft_high, high - soft_high)
+    out = np.where(far < soft_low, folded, np.where(far > soft_high, stretched, far))
     return first + (goal - first) * (out / np.maximum(far, 1e-9))
 
 
@@ -196,16 +196,16 @@ def bend(body: Character, pose: Pose, limb: Limb, goal: np.ndarray, end: np.ndar
     turned(limb.end, rotation.multiply(swing, rotation.multiply(folded, above[2])), end)
 
 
-def slowed(copied: np.ndarray, wanted: np.ndarray, fps: float) -> np.ndarray:
-    """A joint's ``wanted`` local rotations ``(frames, 4)``, ``_FASTEST`` times as fast as copied at most.
+def slowed(copied: np.ndarray, rotations: np.ndarray, fps: float) -> np.ndarray:
+    """A joint's local ``rotations`` ``(frames, 4)``, ``_FASTEST`` times as fast as copied at most.
 
-    The change from copied to wanted is slowed to what the copied motion leaves of the limit in each frame.
+    The change from the copied ones is slowed to what the copied motion leaves of the limit in each frame.
     """
-    change = rotation.to_rotation_vector(rotation.multiply(wanted, rotation.conjugate(copied)))
+    change = rotation.to_rotation_vector(rotation.multiply(rotations, rotation.conjugate(copied)))
     steps, own = np.abs(np.diff(change, axis=0)), rotation.angle(copied[1:], copied[:-1])
     room = _FASTEST * max(own.max(initial=0.0), _SLOW / fps) - own
     if (np.linalg.norm(steps, axis=1) <= room).all():
-        return wanted
+        return rotations
     share = steps.max(axis=0)
     slow = limited(change, room[:, None] * share / np.linalg.norm(share))
     near = smooth(1.0 * (np.abs(slow - change) > _NEAR).any(axis=1, keepdims=True), fps, _SETTLE)

@@ -1,4 +1,4 @@
-"""What is wrong with a mesh: what nothing can be made of is refused, the rest is told."""
+"""Faults of a mesh: those that cannot be repaired are refused, the rest is noted."""
 
 from dataclasses import dataclass
 
@@ -26,15 +26,15 @@ class Topology:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is told of it."""
-        said = []
+        """Sentences on its faults."""
+        notes = []
         if self.open_edges:
-            said.append(f"is open: {self.open_edges} edges have a face on one side only")
+            notes.append(f"is open: {self.open_edges} edges have a face on one side only")
         if self.crowded_edges:
-            said.append(f"is not a manifold: {self.crowded_edges} edges have more than two faces")
+            notes.append(f"is not a manifold: {self.crowded_edges} edges have more than two faces")
         if self.parts > 1:
-            said.append(f"has {self.parts} parts that are not connected")
-        return tuple(said)
+            notes.append(f"has {self.parts} parts that are not connected")
+        return tuple(notes)
 
 
 def check_numbers(frame: Frame) -> None:
@@ -55,17 +55,17 @@ def topology(frame: Frame) -> Topology:
     from scipy.sparse.csgraph import connected_components  # type: ignore[import-untyped]
 
     grid = _MERGED * float(np.ptp(frame.vertices, axis=0).max())
-    kept, same = np.unique(np.round(frame.vertices / grid), axis=0, return_inverse=True)
+    points, same = np.unique(np.round(frame.vertices / grid), axis=0, return_inverse=True)
     faces = same.reshape(-1)[frame.faces]
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
     if not len(faces):
         raise FileError(frame.path, "has faces without area only")
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     uses = np.unique(edges, axis=0, return_counts=True)[1]
-    graph = coo_array((np.ones(len(edges)), edges.T), shape=(len(kept), len(kept)))
+    graph = coo_array((np.ones(len(edges)), edges.T), shape=(len(points), len(points)))
     part = connected_components(graph, directed=False)[1][faces[:, 0]]
     names = np.unique(part)
-    boxes = [_box(kept[faces[part == name]].reshape(-1, 3) * grid) for name in names]
+    boxes = [_box(points[faces[part == name]].reshape(-1, 3) * grid) for name in names]
     _check_one_body(frame, boxes)
     return Topology(len(names), int((uses == 1).sum()), int((uses > 2).sum()))
 

@@ -1,4 +1,4 @@
-"""Scanned motion as points, and a body's mesh as a character, in metres, Y up; every guess is told."""
+"""Scanned motion as points, and a body's mesh as a character, in metres, Y up; every guess is listed."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -24,18 +24,18 @@ _LOOKED_AT = 20
 
 @dataclass(frozen=True)
 class ScanFindings:
-    """How a file or folder of meshes was understood.
+    """The interpretation of a file or folder of meshes.
 
-    unit: name and metres of one unit. unit_told, up_told: True where the user named them.
+    unit: name and metres of one unit. unit_explicit, up_explicit: True where the user named them.
     up_clear: False where the body is as wide as high, and no mirror image of itself.
     height: metres, the extent along the up axis. frames: their names. notes: what is wrong with the meshes.
     """
 
     path: Path
     unit: tuple[str, float]
-    unit_told: bool
+    unit_explicit: bool
     up: str
-    up_told: bool
+    up_explicit: bool
     up_clear: bool
     height: float
     frames: tuple[str, ...]
@@ -44,14 +44,14 @@ class ScanFindings:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Doubtful points, and what settles each."""
-        said = list(self.notes)
-        if not self.unit_told and not 1.1 <= self.height <= 2.6:
-            said.append(
+        warnings = list(self.notes)
+        if not self.unit_explicit and not 1.1 <= self.height <= 2.6:
+            warnings.append(
                 f"the unit is a guess: in {self.unit[0]} the body is {self.height:.2f} m tall; say unit=..."
             )
-        if not self.up_told and not self.up_clear:
-            said.append(f"the up axis is a guess ({self.up}): say up=y or up=z")
-        return tuple(said)
+        if not self.up_explicit and not self.up_clear:
+            warnings.append(f"the up axis is a guess ({self.up}): say up=y or up=z")
+        return tuple(warnings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,15 +94,15 @@ def load_scan(
     notes: dict[str, list[str]] = {}
     files = len(files_of(path))
     for number, frame in enumerate(frames_of(path)):
-        points, said = _points(frame, number)
+        points, remarks = _points(frame, number)
         drawn.append(points)
         names.append(frame.name)
-        for each in said:
+        for each in remarks:
             notes.setdefault(each, []).append(frame.name)
         if progress is not None:
             progress(min(number + 1, files), files)
-    told = [_of_frames(note, where, len(drawn)) for note, where in _alike(notes).items()]
-    findings = _findings(path, drawn, reading, names, told)
+    sentences = [_of_frames(note, where, len(drawn)) for note, where in _alike(notes).items()]
+    findings = _findings(path, drawn, reading, names, sentences)
     moved = [upright(each, findings.up, findings.unit[1]).astype(np.float32) for each in drawn]
     return ImportedScan(PointSets(unknown_body(path.stem), tuple(moved), fps), findings)
 
@@ -123,8 +123,8 @@ def load_body(path: str | Path, reading: Reading = Reading()) -> ImportedBody:
     if not len(first.faces):
         raise FileError(path, "has no faces; a target needs a surface")
     points, notes = _points(first, 0)
-    told = [f"the mesh {note}" for note in notes]
-    findings = _findings(path, [points], reading, [first.name], told)
+    sentences = [f"the mesh {note}" for note in notes]
+    findings = _findings(path, [points], reading, [first.name], sentences)
     vertices = upright(first.vertices, findings.up, findings.unit[1])
     mesh = Mesh(vertices, first.faces, np.ones((len(vertices), 1)))
     body = unknown_body(path.stem)
@@ -133,23 +133,23 @@ def load_body(path: str | Path, reading: Reading = Reading()) -> ImportedBody:
 
 
 def _points(frame: Frame, number: int) -> tuple[np.ndarray, tuple[str, ...]]:
-    """``(points, 3)`` on the surface of a frame in its file's unit, and what is told of it."""
+    """``(points, 3)`` on the surface of a frame in its file's unit, and notes on it."""
     check_numbers(frame)
     if not len(frame.faces):
         numbers = uniform(number, min(POINTS, len(frame.vertices)))
         chosen = np.floor(numbers * len(frame.vertices)).astype(int)
         return frame.vertices[chosen], ("has no faces: its vertices are taken for the points",)
-    said = topology(frame).notes
+    notes = topology(frame).notes
     numbers = uniform(number, 3 * POINTS).reshape(1, 3, POINTS)
-    return sampled(frame.vertices[None], frame.faces, numbers)[0], said
+    return sampled(frame.vertices[None], frame.faces, numbers)[0], notes
 
 
 def _alike(notes: dict[str, list[str]]) -> dict[str, list[str]]:
-    """Notes that begin alike, told once with the first one's numbers."""
-    found: dict[str, tuple[str, list[str]]] = {}
+    """Notes that begin alike, merged with the first one's numbers."""
+    groups: dict[str, tuple[str, list[str]]] = {}
     for note, where in notes.items():
-        found.setdefault(note.partition(":")[0], (note, []))[1].extend(where)
-    return dict(found.values())
+        groups.setdefault(note.partition(":")[0], (note, []))[1].extend(where)
+    return dict(groups.values())
 
 
 def _of_frames(note: str, where: Sequence[str], frames: int) -> str:
@@ -164,15 +164,15 @@ def _findings(
     some = [frames[k] for k in np.unique(np.linspace(0, len(frames) - 1, _LOOKED_AT).astype(int))]
     axis, clear = up_axis(some) if reading.up == "auto" else (reading.up, True)
     height = float(np.median([np.ptp(each["xyz".index(axis[-1])]) for each in (each.T for each in some)]))
-    told = reading.metres
-    chosen = unit_of(height) if told is None else str(reading.unit)
-    scale = UNITS[chosen] if told is None else told
+    metres = reading.metres
+    chosen = unit_of(height) if metres is None else str(reading.unit)
+    scale = UNITS[chosen] if metres is None else metres
     return ScanFindings(
         path=path,
         unit=(chosen, scale),
-        unit_told=told is not None,
+        unit_explicit=metres is not None,
         up=axis,
-        up_told=reading.up != "auto",
+        up_explicit=reading.up != "auto",
         up_clear=clear,
         height=height * scale,
         frames=tuple(names),

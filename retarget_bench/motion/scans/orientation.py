@@ -1,4 +1,4 @@
-"""Unit and up axis of meshes of bodies, which their files do not say."""
+"""Unit and up axis of meshes of bodies, which their files lack."""
 
 import math
 
@@ -78,5 +78,5 @@ def upright(points: np.ndarray, up: str, scale: float) -> np.ndarray:
     if up == "y":
         return points * scale
     turn = rotation.to_matrix(rotation.from_rotation_vector(np.array(UP_AXES[up])))
-    found: np.ndarray = points @ turn.T * scale
-    return found
+    rotated: np.ndarray = points @ turn.T * scale
+    return rotated

@@ -43,12 +43,12 @@ def files_of(path: Path) -> list[Path]:
         if path.suffix.lower() not in SUFFIXES:
             raise FileError(path, f"is no mesh file; give {', '.join(SUFFIXES)}, or a folder of them")
         return [path]
-    found = [each for each in path.iterdir() if each.suffix.lower() in SUFFIXES and each.is_file()]
-    if not found:
+    files = [each for each in path.iterdir() if each.suffix.lower() in SUFFIXES and each.is_file()]
+    if not files:
         raise FileError(path, f"has no frames: the folder holds no file that ends in {', '.join(SUFFIXES)}")
-    if len(kinds := sorted({each.suffix.lower() for each in found})) > 1:
+    if len(kinds := sorted({each.suffix.lower() for each in files})) > 1:
         raise FileError(path, f"holds files of several formats ({', '.join(kinds)}); keep those of one")
-    return sorted(found, key=lambda each: natural(each.stem))
+    return sorted(files, key=lambda each: natural(each.stem))
 
 
 def natural(name: str) -> list[tuple[int, int, str]]:
@@ -91,11 +91,11 @@ def _parts(file: Path) -> Iterator[Frame]:
         ) from None
     try:
         scene = trimesh.load_scene(file, process=False, skip_materials=True, maintain_order=True)
-        named = [(scene.graph[node], node) for node in scene.graph.nodes_geometry]
-        found = [(str(node), scene.geometry[name], matrix) for (matrix, name), node in named]
+        placed = [(scene.graph[node], node) for node in scene.graph.nodes_geometry]
+        parts = [(str(node), scene.geometry[name], matrix) for (matrix, name), node in placed]
     except Exception as error:  # readers of many formats, each with errors of its own
         raise FileError(file, f"cannot be read as a mesh ({' '.join(str(error).split())[:200]})") from error
-    for name, geometry, matrix in found:
+    for name, geometry, matrix in parts:
         if (frame := _frame(file, name, geometry, matrix)) is not None:
             yield frame
 

@@ -23,20 +23,20 @@ def write_frames(folder: Path, vertices: np.ndarray, faces: np.ndarray, names: S
         raise FileError(folder, "is there; choose another name for the folder of the result")
     if len(set(names)) != len(vertices):
         names = [f"{number:0{max(4, len(str(len(vertices))))}d}" for number in range(len(vertices))]
-    made: Path | None = None
+    temporary: Path | None = None
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        made = Path(mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-        made.chmod(0o777 & ~_umask())
+        temporary = Path(mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+        temporary.chmod(0o777 & ~_umask())
         for name, frame in zip(names, vertices, strict=True):
-            (made / f"{name}.ply").write_bytes(ply(frame, faces))
-        made.rename(folder)
-        made = None
+            (temporary / f"{name}.ply").write_bytes(ply(frame, faces))
+        temporary.rename(folder)
+        temporary = None
     except OSError as error:
         raise FileError(folder, f"cannot be written ({error.strerror})") from error
     finally:
-        if made is not None:
-            shutil.rmtree(made, ignore_errors=True)
+        if temporary is not None:
+            shutil.rmtree(temporary, ignore_errors=True)
 
 
 def ply(vertices: np.ndarray, faces: np.ndarray) -> bytes:
@@ -52,7 +52,7 @@ def ply(vertices: np.ndarray, faces: np.ndarray) -> bytes:
 
 
 def _umask() -> int:
-    """What new files may not be, by the user's wish; reading it means setting it."""
+    """The process's umask; reading it means setting it."""
     mask = os.umask(0o022)
     os.umask(mask)
     return mask

@@ -1,7 +1,7 @@
 """Our results in the columns of a published table, over the cases that all methods answered."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,33 +24,23 @@ UNTRAINED = "the method is untrained, so no structure is seen or unseen"
 
 @dataclass(frozen=True)
 class OurRow:
-    """One method on one data set: column -> cell, of all columns.
+    """One method on one data set and group of bodies, ``where``: column -> cell, of all columns.
 
     mark: why a method is not compared, or "". variant: of a published method, or "".
+    common: column -> the cases that compared rows are over.
     """
 
+    where: str
     label: str
     mark: str
     cells: Mapping[str, Cell]
     variant: str = ""
+    common: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def numbers(self) -> dict[str, Cell]:
-        """The cells that have one."""
+        """The cells that have a number."""
         return {label: cell for label, cell in self.cells.items() if cell.value is not None}
-
-
-@dataclass(frozen=True)
-class OurRows:
-    """Our rows on one data set and group of bodies, by name.
-
-    asked: column -> the cases that compared rows are over. notes: sentences on what numbers are over.
-    """
-
-    where: str
-    rows: tuple[OurRow, ...]
-    asked: Mapping[str, int]
-    notes: tuple[str, ...]
 
 
 def variant(method: MethodInfo) -> str:
@@ -59,17 +49,17 @@ def variant(method: MethodInfo) -> str:
 
     What parameters in the label set is not said again.
     """
-    given = {name: value for name, value in method.parameters.items() if name != "weights"}
+    parameters = {name: value for name, value in method.parameters.items() if name != "weights"}
     try:
-        card = optional.method_card(registry.create("methods", Spec(method.name, given)))
+        card = optional.method_card(registry.create("methods", Spec(method.name, parameters)))
     except BenchError:
         return ""
-    words = ", ".join(said for name, said in card.differs.items() if name not in given)
+    words = ", ".join(words_of for name, words_of in card.differs.items() if name not in parameters)
     if not card.paper:
         return words
-    if any(given == each for each in card.published):
+    if any(parameters == each for each in card.published):
         return "as published"
-    return f"ours: {words}" if words else "ours, with these settings" if given else "ours"
+    return f"ours: {words}" if words else "ours, with these settings" if parameters else "ours"
 
 
 def number_cell(value: float, spread: float | None, decimals: int) -> Cell:
@@ -83,8 +73,15 @@ def missing(column: Column, why: str = "") -> Cell:
     return Cell(NOT_APPLICABLE, reason=column.missing or why or f"no results on {column.over}")
 
 
-def of_cases(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[OurRows]:
-    """Rows of the methods that have a number in any column, per data set and group of bodies.
+def counted(where: str, over: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """A sentence on what columns are over: cases or windows in words -> the columns; () for none."""
+    notes = "; ".join(f"{', '.join(columns)}: {cases}" for cases, columns in over.items())
+    return (f"n, {where}: {notes}.",) if over else ()
+
+
+def of_cases(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> tuple[list[OurRow], list[str]]:
+    """Rows of the methods that have a number in any column, by data set, group of bodies and name; and
+    sentences on what their numbers are over.
 
     matrices: of any splits, of bodies told apart. A number is a mean over clips of the mean over a clip's
     cases, of those that all compared methods have one for (see ``common_cases``). A method that did not
@@ -95,8 +92,13 @@ def of_cases(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> list[Ou
     for matrix in matrices:
         where = f"{matrix.dataset}: {matrix.bodies}" if matrix.bodies else matrix.dataset
         grouped.setdefault(where, []).append(matrix)
-    parts = [_Part(table, each).rows(where) for where, each in grouped.items()]
-    return [part for part in parts if part.rows]
+    all_rows: list[OurRow] = []
+    notes: list[str] = []
+    for where, each in grouped.items():
+        rows, counts = _Part(table, each).rows(where)
+        all_rows += rows
+        notes += counts if rows else []
+    return all_rows, notes
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,7 @@ class _Numbers:
     shown: np.ndarray
     alike: np.ndarray
     common: np.ndarray
-    own: bool = False
+    own: bool
 
 
 class _Part:
@@ -126,94 +128,77 @@ class _Part:
         self.table, self.matrices = table, matrices
         rows = sorted((row for matrix in matrices for row in matrix.rows), key=lambda row: row.label)
         own = {matrix.cases[i] for matrix in matrices for i in np.flatnonzero(matrix.own)}
-        known: dict[str, str] = {}
-        for row in rows:
-            known |= case_metadata.read(row.paths).structures
+        structures = {
+            target: each
+            for row in rows
+            for target, each in case_metadata.read(row.paths).structures.items()
+        }
         self.methods = {row.label: row.header.method for row in rows}
         self.infos = sorted(own, key=lambda info: (info.clip, info.split, info.id))
         self.clips = np.unique([info.clip for info in self.infos], return_inverse=True)[1]
-        self.structures = [known.get(info.target, "") for info in self.infos]
+        self.structures = [structures.get(info.target, "") for info in self.infos]
         self.compared = np.array([not never_ranked(each) for each in self.methods.values()])
-        found = {column.label: self._numbers(column) for column in table.columns if column.value_id}
-        self.numbers = {label: each for label, each in found.items() if each is not None}
+        numbers = {column.label: self._numbers(column) for column in table.columns if column.value_id}
+        self.numbers = {label: each for label, each in numbers.items() if not np.isnan(each.answered).all()}
 
-    def rows(self, where: str) -> OurRows:
-        """The rows by name, and what their numbers are over."""
-        rows = [self._row(at, *each) for at, each in enumerate(self.methods.items())]
+    def rows(self, where: str) -> tuple[list[OurRow], list[str]]:
+        """The rows by name, and sentences on what their numbers are over."""
+        rows = [self._row(at, where, *each) for at, each in enumerate(self.methods.items())]
         fewer = [self._on_the_same(at, row.label) for at, row in enumerate(rows) if row.mark == FEWER]
-        common = {label: int(found.common.sum()) for label, found in self.numbers.items()}
-        return OurRows(
-            where,
-            tuple(row for row in rows if row.numbers),
-            {label: cases for label, cases in common.items() if cases},
-            (*self._counts(where), *filter(None, fewer)),
-        )
+        common = {
+            label: int(each.common.sum()) for label, each in self.numbers.items() if each.common.any()
+        }
+        shown = [replace(row, common=common) for row in rows if row.numbers]
+        return shown, [*self._counts(where), *filter(None, fewer)]
 
     # ------------------------------------------------------------------------------------------ numbers
-    def _numbers(self, column: Column) -> _Numbers | None:
-        """The numbers of a column; None where no method has any."""
-
-        def values(matrix: ResultMatrix) -> np.ndarray:
+    def _numbers(self, column: Column) -> _Numbers:
+        """The numbers of a column."""
+        over = np.array([self._cases_of(column, each) for each in self.methods.values()])
+        answered, unanswered = np.full(over.shape, np.nan), np.zeros_like(over)
+        method = {label: number for number, label in enumerate(self.methods)}
+        case = {info: number for number, info in enumerate(self.infos)}
+        for matrix in self.matrices:
             declared = matrix.values.get(column.value_id)
             if declared is not None and metres.UNITS.get(declared.unit) == column.unit:
                 matrix = metres.in_metres(matrix)
-            return matrix.numbers((column.value_id, ""))
-
-        def unanswered(matrix: ResultMatrix) -> np.ndarray:
-            lost = ([info.id in row.header.unanswered for info in matrix.cases] for row in matrix.rows)
-            return np.array(list(lost))
-
-        asked = np.array([self._asked(column, each) for each in self.methods.values()])
-        answered = np.where(asked, self._filled(np.nan, values), np.nan)
-        there = ~np.isnan(answered)
-        nobody = np.zeros_like(asked)
-        nothing = _Numbers(answered, answered, nobody[:, 0], nobody[0])
-        having = self.compared & there.any(axis=1)
-        if not there.any():
-            return None
-        if len(np.unique(asked[having], axis=0)) > 1:
-            return replace(nothing, own=True)
-        whole = ~(asked & self._filled(False, unanswered)).any(axis=1)
-        common, alike, _ = common_cases(answered, having & whole)
-        if not alike.any():
-            return nothing
-        shown = np.where((alike | ~self.compared)[:, None] & ~common, np.nan, answered)
-        return _Numbers(answered, shown, alike, common)
-
-    def _asked(self, column: Column, method: MethodInfo) -> np.ndarray:
-        """``(cases,)`` bool: the cases that a column is over, of a method."""
-        asked: Iterable[bool]
-        if column.chosen_by == "structure":
-            asked = (f"{STRUCTURE} {each}" == column.cases for each in self.structures)
-        elif column.chosen_by == "training":
-            had = (method.trained_on or {}).get("structures", ())
-            seen = column.cases == SEEN
-            asked = (method.trained_on is not None and (each in had) == seen for each in self.structures)
-        elif column.chosen_by == "splits":
-            asked = (column.takes(info.split) for info in self.infos)
-        else:
-            pairs = column.pairs.union(*(each.pairs for each in self._parts(column)))
-            of_papers = self.matrices[0].rows[0].header.dataset.name == defaults.PAPERS_DATASET
-            asked = (of_papers and info.pair in pairs for info in self.infos)
-        return np.array(list(asked), dtype=bool)
-
-    def _filled(self, nothing: float, values: Callable[[ResultMatrix], np.ndarray]) -> np.ndarray:
-        """``(methods, cases)`` of all matrices. values: ``(rows, cases)`` of one of them."""
-        method = {label: number for number, label in enumerate(self.methods)}
-        case = {info: number for number, info in enumerate(self.infos)}
-        into = np.full((len(method), len(case)), nothing)
-        for matrix in self.matrices:
             own = np.flatnonzero(matrix.own)
             at = np.ix_([method[row.label] for row in matrix.rows], [case[matrix.cases[i]] for i in own])
-            into[at] = values(matrix)[:, own]
-        return into
+            answered[at] = matrix.numbers((column.value_id, ""))[:, own]
+            unanswered[at] = [
+                [matrix.cases[i].id in row.header.unanswered for i in own] for row in matrix.rows
+            ]
+        answered[~over] = np.nan
+        having = self.compared & ~np.isnan(answered).all(axis=1)
+        own_cases = len(np.unique(over[having], axis=0)) > 1
+        ranked = having & ~(over & unanswered).any(axis=1)
+        if own_cases:
+            ranked[:] = False
+        shown = answered.copy()
+        common, alike, _ = common_cases(shown, ranked, ~self.compared)
+        return _Numbers(answered, shown, alike, common, own_cases)
+
+    def _cases_of(self, column: Column, method: MethodInfo) -> np.ndarray:
+        """``(cases,)`` bool: the cases that a column is over, of a method."""
+        structures = np.array(self.structures)
+        if column.chosen_by == "structure":
+            return structures == column.cases.removeprefix(f"{STRUCTURE} ")
+        if column.chosen_by == "training":
+            had = (method.trained_on or {}).get("structures", ())
+            matches = np.isin(structures, list(had)) == (column.cases == SEEN)
+            return matches & (method.trained_on is not None)
+        if column.chosen_by == "splits":
+            return np.array([column.takes(info.split) for info in self.infos])
+        pairs = column.pairs.union(*(each.pairs for each in self._parts(column)))
+        of_papers = self.matrices[0].rows[0].header.dataset.name == defaults.PAPERS_DATASET
+        return np.array([of_papers and info.pair in pairs for info in self.infos])
 
     def _parts(self, column: Column) -> list[Column]:
         """The columns that a column is the mean of."""
         return [each for each in self.table.columns if column.chosen_by == "mean" and each.pairs]
 
     # --------------------------------------------------------------------------------------------- rows
-    def _row(self, at: int, label: str, method: MethodInfo) -> OurRow:
+    def _row(self, at: int, where: str, label: str, method: MethodInfo) -> OurRow:
         mark, fewer = never_ranked(method), False
         having = self._cells({key: found.shown[at] for key, found in self.numbers.items()})
         cells = {}
@@ -223,29 +208,29 @@ class _Part:
                 cells[column.label] = missing(column, UNTRAINED if untrained else "")
                 continue
             found, reason = self.numbers[column.label], ""
-            asked = int(found.common.sum())
+            common = int(found.common.sum())
             if found.own:
                 reason = f"over {count(cell.n, 'case')}: {column.over} of its own"
             elif not (mark or found.alike[at]):
                 fewer = True
-            elif cell.n < asked:
-                reason = f"over the {cell.n} of the {count(asked, 'common case')} that it has"
+            elif cell.n < common:
+                reason = f"over the {cell.n} of the {count(common, 'common case')} that it has"
             cells[column.label] = replace(cell, reason=reason)
-        return OurRow(label, mark or (FEWER if fewer else ""), cells, variant(method))
+        return OurRow(where, label, mark or (FEWER if fewer else ""), cells, variant(method))
 
     def _cells(self, numbers: Mapping[str, np.ndarray]) -> dict[str, Cell]:
         """The cells with a number of one method. numbers: column -> ``(cases,)``."""
         cells: dict[str, Cell] = {}
         for column in self.table.columns:
-            mine = numbers.get(column.label, np.full(len(self.infos), np.nan))
-            (mean,) = means_over_clips(mine[None], self.clips)
+            own = numbers.get(column.label, np.full(len(self.infos), np.nan))
+            (mean,) = means_over_clips(own[None], self.clips)
             if mean is None:
                 continue
             value, interval = mean.value, mean.interval
             if parts := self._parts(column):  # the mean of means, as the papers take it
                 values = (cells[part.label].value for part in parts if part.label in cells)
                 value, interval = float(np.mean([each for each in values if each is not None])), None
-            spread = float(np.nanstd(mine)) if self.table.has_spread(column.label) else None
+            spread = float(np.nanstd(own)) if self.table.has_spread(column.label) else None
             cell = number_cell(value, spread, self.table.decimals(column.label))
             cells[column.label] = replace(cell, interval=interval, n=mean.n, clips=mean.clips)
         return cells
@@ -254,8 +239,8 @@ class _Part:
     def _on_the_same(self, at: int, label: str) -> str:
         """A sentence with the numbers that the best of the compared methods has on the cases of another; ""
         where there are no others."""
-        mine = [each for each in self.numbers.values() if not np.isnan(each.answered[at]).all()]
-        last = next((each for each in reversed(mine) if each.alike.any()), None)
+        columns = [each for each in self.numbers.values() if not np.isnan(each.answered[at]).all()]
+        last = next((each for each in reversed(columns) if each.alike.any()), None)
         if last is None:
             return ""
         means = means_over_clips(last.shown, self.clips)
@@ -267,26 +252,23 @@ class _Part:
                 for key, each in self.numbers.items()
             }
         )
-        told = ", ".join(f"{key} {cell.text}" for key, cell in cells.items())
-        return f"{label} {FEWER}; on these {list(self.methods)[best]} has {told}."
+        listed = ", ".join(f"{key} {cell.text}" for key, cell in cells.items())
+        return f"{label} {FEWER}; on these {list(self.methods)[best]} has {listed}."
 
     def _counts(self, where: str) -> list[str]:
         """Sentences on the cases, pairs and clips that the columns are over."""
         over: dict[str, list[str]] = {}
-        whole = True
+        complete = True
         for column in self.table.columns:
-            found = self.numbers.get(column.label)
-            if found is None or not found.common.any() or column.chosen_by == "mean":
+            numbers = self.numbers.get(column.label)
+            if numbers is None or not numbers.common.any() or column.chosen_by == "mean":
                 continue
-            there = [self.infos[int(at)] for at in np.flatnonzero(found.common)]
+            there = [self.infos[int(at)] for at in np.flatnonzero(numbers.common)]
             pairs, clips = (f"{len({getattr(info, of) for info in there})}" for of in ("pair", "clip"))
             if column.pairs:
-                whole &= (pairs, clips) == (f"{len(column.pairs)}", f"{self.table.clips}")
+                complete &= (pairs, clips) == (f"{len(column.pairs)}", f"{self.table.clips}")
                 pairs, clips = f"{pairs} of {len(column.pairs)}", f"{clips} of {self.table.clips}"
             cases = f"{count(len(there), 'case')}, pairs {pairs}, clips {clips}"
             over.setdefault(cases, []).append(column.label)
-        if not over:
-            return []
-        notes = "; ".join(f"{', '.join(columns)}: {told}" for told, columns in over.items())
         fewer = f"{where}: not all of the paper's cases; do not compare with the printed numbers."
-        return [f"n, {where}: {notes}.", *([] if whole else [fewer])]
+        return [*counted(where, over), *([] if complete else [fewer])]

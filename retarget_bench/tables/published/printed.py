@@ -1,4 +1,4 @@
-"""What papers print: their tables, from the CSV files of this folder.
+"""Printed tables of papers, from the CSV files of this folder.
 
 ``tables.csv`` names the tables, ``notes.csv`` has sentences about them. The files of papers have a line for
 every printed number: where it stands (paper, table, row, column), the value with the paper's digits, its
@@ -119,7 +119,7 @@ class PublishedTable:
 
     @property
     def of_sets(self) -> bool:
-        """It compares sets of answers with real motion, and not answers with right ones."""
+        """True for a table that compares sets of answers with real motion."""
         return any(column.chosen_by == "sets" for column in self.columns)
 
     def has_spread(self, label: str) -> bool:
@@ -177,16 +177,16 @@ def of_rows(
     rows: their labels; those that no table has are without printed numbers. digits: of ours.
     Raises BenchError for tables that there are none of.
     """
-    columns, found = [], {row: dict[str, Number]() for row in rows}
+    columns, rows_by_label = [], {row: dict[str, Number]() for row in rows}
     for table in map(published, tables):
         for column in table.columns:
             if not column.value_id or column.chosen_by != "splits":
                 continue
             columns.append(replace(column, block="", repeats=""))
-            for row in found:
+            for row in rows_by_label:
                 if number := table.rows.get(row, {}).get(column.repeats or column.label):
-                    found[row][column.label] = number
+                    rows_by_label[row][column.label] = number
     source = ", ".join(published(table).source for table in tables)
     return PublishedTable(
-        " ".join(tables), title, source, tuple(columns), found, tuple(notes), digits=digits
+        " ".join(tables), title, source, tuple(columns), rows_by_label, tuple(notes), digits=digits
     )

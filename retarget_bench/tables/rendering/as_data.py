@@ -57,7 +57,7 @@ def json_document(tables: Sequence[Table]) -> str:
 
 
 def _plain(content: Any) -> Any:
-    """What JSON can hold, and texts that are safe to print."""
+    """The content in types of JSON, with texts that are safe to print."""
     match content:
         case str():
             return printable(content)

@@ -45,7 +45,7 @@ def context(tables: Sequence[Table]) -> dict[str, Any]:
         "best_first": BEST_FIRST,
         "most_cases": MOST_CASES,
         "sort_key": sort_key,
-        "told": told,
+        "tooltip": tooltip,
     }
 
 
@@ -64,8 +64,8 @@ def environment() -> Environment:
     )
 
 
-def _finalize(given: Any) -> Any:
-    return printable(given) if type(given) is str else given
+def _finalize(value: Any) -> Any:
+    return printable(value) if type(value) is str else value
 
 
 def sort_key(cell: Cell, column: Column) -> str:
@@ -83,7 +83,7 @@ def sort_key(cell: Cell, column: Column) -> str:
     return f"{UNRANKED + abs(math.log(ratio)):.9g}" if ratio > 0 else "Infinity"
 
 
-def told(cell: Cell, column: Column) -> str:
+def tooltip(cell: Cell, column: Column) -> str:
     """Tool tip of a cell."""
     if cell.value is None:
         return cell.reason or cell.text

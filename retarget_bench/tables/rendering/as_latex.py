@@ -11,7 +11,7 @@ from itertools import groupby
 
 from retarget_bench import files
 from retarget_bench.errors import printable
-from retarget_bench.tables.model import Cell, Column, Group, Mark, Table
+from retarget_bench.tables.model import Cell, Group, Mark, Table
 from retarget_bench.tables.rendering import words
 
 ESCAPES = {
@@ -46,9 +46,9 @@ ESCAPES = {
 MISSING = "--"
 LONGEST_NAME = 24
 NAME_COLUMN = r"p{0.21\linewidth}"
-"""Of names longer than that, which then take several lines."""
+"""A column of names longer than that, which take several lines."""
 MOST_COLUMNS, WITH_INTERVALS = 10, 7
-"""So many columns fit across a page."""
+"""Columns that fit across a page."""
 ONE_COLUMN = 4
 """Tables with more columns of numbers are as wide as the page."""
 
@@ -57,7 +57,7 @@ def latex(tables: Sequence[Table], intervals: bool = False) -> str:
     """A table environment per group; a group of many columns has several."""
     head = "% needs \\usepackage{booktabs} in the preamble\n"
     most = WITH_INTERVALS if intervals else MOST_COLUMNS
-    made, labels = [], Counter[str]()
+    environments, labels = [], Counter[str]()
     for table in tables:
         for group in table.groups:
             label = files.slug(f"{table.title} {group.split}")
@@ -65,8 +65,8 @@ def latex(tables: Sequence[Table], intervals: bool = False) -> str:
                 labels[label] += 1
                 number = f"-{labels[label]}" if labels[label] > 1 else ""
                 part = _part(group, slice(first, first + most))
-                made.append(_environment(table, part, label + number, intervals))
-    return head + "\n".join(made)
+                environments.append(_environment(table, part, label + number, intervals))
+    return head + "\n".join(environments)
 
 
 def plain(sentence: str) -> str:
@@ -119,13 +119,13 @@ def _caption(table: Table, group: Group, intervals: bool) -> str:
     """The data and how to read the table: two lines on a page."""
     cells = [cell for row in group.rows for cell in row.cells]
     marks = {cell.mark for cell in cells}
-    told = [
+    parts = [
         (r"\textbf{Bold}: best", "best" in marks),
         (r"\underline{underlined}: not significantly different from it", "tied" in marks),
         (r"small: 95\% intervals over clips", intervals and any(cell.interval for cell in cells)),
         (plain("±: standard deviation over seeds"), any(cell.spread is not None for cell in cells)),
     ]
-    reading = "; ".join(each for each, there in told if there)
+    reading = "; ".join(each for each, there in parts if there)
     shown = f"{plain(table.title)}; {plain(group.title)}."
     return shown + (f" {reading[0].upper()}{reading[1:]}." if reading else "")
 
@@ -134,10 +134,14 @@ def _caption(table: Table, group: Group, intervals: bool) -> str:
 def _tabular(group: Group, intervals: bool) -> list[str]:
     """The rows of a group, with their n where that differs."""
     counted = len({row.n for row in group.rows}) > 1
-    longest = max((len(words.named(row)) for row in group.rows), default=0)
+    longest = max((len(words.row_name(row)) for row in group.rows), default=0)
     width = len(group.columns) + counted
     first = "l" if longest <= LONGEST_NAME else NAME_COLUMN
-    heads = [_stack(plain(_named(column)).split(" "), "b") for column in group.columns]
+    head_texts = (
+        f"{column.label} {column.arrow}".strip() + (f" ({column.mark})" if column.mark else "")
+        for column in group.columns
+    )
+    heads = [_stack(plain(name).split(" "), "b") for name in head_texts]
     units = [_small(plain(words.shown_unit(column))) for column in group.columns]
     out = [rf"\begin{{tabular}}{{@{{}}{first}{'r' * width}@{{}}}}", r"\toprule", *_splits(group, counted)]
     out.append(_joined([plain(group.heading), *heads, *["$n$"] * counted]))
@@ -149,7 +153,7 @@ def _tabular(group: Group, intervals: bool) -> list[str]:
             out.append(rf"\multicolumn{{{width + 1}}}{{@{{}}l}}{{\emph{{{plain(heading)}}}}} \\")
         for row in rows:
             cells = [_cell(each, intervals) for each in row.cells]
-            out.append(_joined([_name(words.named(row)), *cells, *[plain(row.n)] * counted]))
+            out.append(_joined([_name(words.row_name(row)), *cells, *[plain(row.n)] * counted]))
     return [*out, r"\bottomrule", r"\end{tabular}"]
 
 
@@ -164,10 +168,6 @@ def _splits(group: Group, counted: bool) -> list[str]:
         rules.append(rf"\cmidrule(lr){{{start}-{start + width - 1}}}")
         start += width
     return [_joined([*names, *[""] * counted]), "".join(rules)]
-
-
-def _named(column: Column) -> str:
-    return f"{column.label} {column.arrow}".strip() + (f" ({column.mark})" if column.mark else "")
 
 
 def _joined(cells: Sequence[str]) -> str:

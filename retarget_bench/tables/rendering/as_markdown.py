@@ -57,7 +57,7 @@ def _group(group: Group, intervals: bool) -> list[str]:
 
 def _line(row: Row, group: Group, intervals: bool) -> str:
     cells = [_cell(cell, intervals) for cell in row.cells]
-    return line([plain(words.named(row)), *cells, *([plain(row.n)] if group.counts else [])])
+    return line([plain(words.row_name(row)), *cells, *([plain(row.n)] if group.counts else [])])
 
 
 def _cell(cell: Cell, intervals: bool) -> str:

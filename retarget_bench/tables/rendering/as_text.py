@@ -12,7 +12,7 @@ from retarget_bench.tables.rendering import words
 from retarget_bench.tables.rendering.words import filled, to_the_right, width, wrapped
 
 WIDTH = 100
-"""Where nothing is said, as in pipes and files."""
+"""Characters in a line of pipes and files."""
 MOST_COLUMNS = 9
 """Tables with more columns than this, and than rows, are transposed."""
 WIDEST_HEAD, WIDEST_WORD = 9, 22
@@ -76,7 +76,7 @@ class _Page:
 
         def line(row: Row) -> _Line:
             cells = tuple(self.stacked(cell) for cell in row.cells)
-            return _Line(words.named(row), (*cells, (row.n,)) if group.counts else cells)
+            return _Line(words.row_name(row), (*cells, (row.n,)) if group.counts else cells)
 
         lines, counts = [], words.common_counts(group)
         for heading, rows in group.blocks:
@@ -133,30 +133,30 @@ class _Page:
                     )
         return out[1:]
 
-    def _fitting(self, names: Sequence[str], taken: int, columns: int, splits: bool) -> tuple[int, int]:
+    def _fitting(self, names: Sequence[str], occupied: int, columns: int, splits: bool) -> tuple[int, int]:
         """The width of names and the space before columns: as much as fits on the page, or as is needed.
 
-        taken: the width of so many columns without these spaces.
+        occupied: the width of so many columns without these spaces.
         """
         longest = max(map(width, names))
         bare = max(width(name.partition(" (")[0]) for name in names)
         narrow = min(longest, bare if splits else max(bare, NARROWEST_NAME))
         for name, gap in ((longest, 2), (longest, 1), (narrow, 1)):
-            if 2 + name + taken + gap * columns <= self.width:
+            if 2 + name + occupied + gap * columns <= self.width:
                 return name, gap
         return min(longest, WIDEST_NAME), 2
 
     # ------------------------------------------------------------------------------------------ legend
     def legend(self, table: Table) -> list[str]:
-        """What stands below the table; of each method that lacks answers one line, without notes."""
+        """The lines below the table; of each method that lacks answers one line, without notes."""
         lines: list[str] = []
         short = set() if self.notes or table.reading else set(words.problem_lines(table))
         for lead, sentence in words.legend(table, self.notes, self.intervals):
-            whole = printable(sentence)
+            line = printable(sentence)
             if sentence in short:
-                lines.append(textwrap.shorten(f"{lead}{whole}", self.width, placeholder=" ..."))
+                lines.append(textwrap.shorten(f"{lead}{line}", self.width, placeholder=" ..."))
             else:
-                lines += self.hung(lead, whole)
+                lines += self.hung(lead, line)
         return lines
 
     def hung(self, lead: str, sentence: str) -> list[str]:

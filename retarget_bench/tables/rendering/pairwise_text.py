@@ -40,28 +40,28 @@ MOST_CLIPS = 10_000
 """Where a verdict would need more, no number is shown."""
 
 
-def text(found: Sequence[PairwiseComparison], columns: int = WIDTH) -> str:
+def text(comparisons: Sequence[PairwiseComparison], columns: int = WIDTH) -> str:
     """For a terminal of at least 80 columns: a block per split, in which every value has a line with its
     name and verdict above its numbers."""
     out = []
-    for each in found:
+    for each in comparisons:
         title = f"{_title(each)}; {_cases(each)}"
         out += textwrap.wrap(title, columns, break_long_words=False, break_on_hyphens=False)
         out += ["", *_lines(each, columns), ""]
         notes = [textwrap.wrap(f"* {note}", columns, subsequent_indent="  ") for note in each.notes]
         out += [*(line for note in notes for line in note), *([""] if notes else [])]
-    legend = [line for words in _legend(found) for line in textwrap.wrap(words, columns)]
+    legend = [line for words in _legend(comparisons) for line in textwrap.wrap(words, columns)]
     return "\n".join([*out, *legend]) + "\n"
 
 
-def _title(found: PairwiseComparison) -> str:
-    return f"{found.first} against {found.second}: {found.dataset}, {found.split}"
+def _title(comparison: PairwiseComparison) -> str:
+    return f"{comparison.first} against {comparison.second}: {comparison.dataset}, {comparison.split}"
 
 
-def _lines(found: PairwiseComparison, columns: int) -> list[str]:
+def _lines(comparison: PairwiseComparison, columns: int) -> list[str]:
     """The numbers aligned below their headings, without those of cases."""
-    rows = [_row(found, one) for one in found.differences]
-    head = [found.first, found.second, *HEADS[3:-1]]
+    rows = [_row(comparison, one) for one in comparison.differences]
+    head = [comparison.first, comparison.second, *HEADS[3:-1]]
     if max(map(width, head[:2])) > (columns - BESIDE_MEANS) // 2:
         head[:2] = ["first", "second"]
     table = [[*row[:CASES], *row[CASES + 1 :]] for row in (head, *(row[1:-1] for row in rows))]
@@ -72,38 +72,38 @@ def _lines(found: PairwiseComparison, columns: int) -> list[str]:
     ]
     lines = numbers[:1]
     for row, below in zip(rows, numbers[1:], strict=True):
-        said = f"{row[0]}: {row[-1]}"
-        lines += [*textwrap.wrap(said, columns, initial_indent="  ", subsequent_indent="    "), below]
+        heading = f"{row[0]}: {row[-1]}"
+        lines += [*textwrap.wrap(heading, columns, initial_indent="  ", subsequent_indent="    "), below]
     return [line.rstrip() for line in lines]
 
 
-def _cases(found: PairwiseComparison) -> str:
+def _cases(comparison: PairwiseComparison) -> str:
     """The number of cases, or the range of these; of windows where all values are of sets."""
-    of_cases = [one.cases for one in found.differences if not one.structure]
-    least, *_, most = sorted((of_cases or [one.cases for one in found.differences]) * 2)
+    of_cases = [one.cases for one in comparison.differences if not one.structure]
+    least, *_, most = sorted((of_cases or [one.cases for one in comparison.differences]) * 2)
     return count(most, "case") if least == most else f"{least} to {count(most, 'case')}"
 
 
-def markdown(found: Sequence[PairwiseComparison]) -> str:
+def markdown(comparisons: Sequence[PairwiseComparison]) -> str:
     """A table per split, with a legend."""
     out = []
-    for each in found:
+    for each in comparisons:
         head = [words.format(first=each.first, second=each.second) for words in HEADS]
         out += [f"### {plain(_title(each))}", "", line(map(plain, head))]
         out.append("|---|" + "---:|" * (len(HEADS) - 2) + "---|")
         out += [line(map(plain, _row(each, one))) for one in each.differences]
         out += ["", *(f"- {plain(note)}" for note in each.notes), *([""] if each.notes else [])]
-    return "\n".join([*out, *(f"- {plain(sentence)}" for sentence in _legend(found))]) + "\n"
+    return "\n".join([*out, *(f"- {plain(sentence)}" for sentence in _legend(comparisons))]) + "\n"
 
 
-def comma_separated(found: Sequence[PairwiseComparison]) -> str:
+def comma_separated(comparisons: Sequence[PairwiseComparison]) -> str:
     """A line per split and value; full precision; empty where there is no interval."""
     names = ("first_mean", "second_mean", "difference", "low", "high", "p", "p_adjusted")
     counts = ("cases", "clips", "first_won", "second_won", "verdict", "clips_needed")
     lines: list[list[object]] = [
         ["dataset", "split", "first", "second", "value", "structure", *names, *counts]
     ]
-    for each in found:
+    for each in comparisons:
         for one in each.differences:
             ends = (one.interval.low, one.interval.high) if one.interval else (None, None)
             numbers = (one.first, one.second, one.difference, *ends, one.p, one.adjusted)
@@ -114,13 +114,13 @@ def comma_separated(found: Sequence[PairwiseComparison]) -> str:
     return spreadsheet(lines)
 
 
-def verdict(found: PairwiseComparison, one: Difference) -> str:
+def verdict(comparison: PairwiseComparison, one: Difference) -> str:
     """The verdict in words."""
     words = {
-        "first": f"{found.first} better",
-        "second": f"{found.second} better",
-        "higher": f"{found.first} higher",
-        "lower": f"{found.first} lower",
+        "first": f"{comparison.first} better",
+        "second": f"{comparison.second} better",
+        "higher": f"{comparison.first} higher",
+        "lower": f"{comparison.first} lower",
         "same": "the same",
         "equal": "equal means",
         "few": "too few clips",
@@ -138,8 +138,8 @@ def _needed(one: Difference) -> str:
     return f", needs {needed}" if one.verdict == "few" else f" (about {float(f'{needed:.2g}'):.0f} clips)"
 
 
-def _row(found: PairwiseComparison, one: Difference) -> list[str]:
-    """What stands below ``HEADS``, as text."""
+def _row(comparison: PairwiseComparison, one: Difference) -> list[str]:
+    """The cells below ``HEADS``, as text."""
     facts, interval, same = one.facts, one.interval, one.verdict == "same"
     goal = f"{facts.goal:g}" if facts.better == "target" else ""
     unit = f", {facts.unit}" if facts.unit != "1" else ""
@@ -157,7 +157,7 @@ def _row(found: PairwiseComparison, one: Difference) -> list[str]:
         str(one.cases),
         str(one.clips),
         "" if same else f"{one.won[0]}:{one.won[1]}",
-        verdict(found, one) + _needed(one),
+        verdict(comparison, one) + _needed(one),
     ]
 
 
@@ -174,12 +174,12 @@ def _decimals(size: float) -> int:
     return min(9, max(0, 2 - math.floor(math.log10(size)))) if size > 0 else 2
 
 
-def _legend(found: Sequence[PairwiseComparison]) -> list[str]:
-    names = {(each.first, each.second) for each in found}
+def _legend(comparisons: Sequence[PairwiseComparison]) -> list[str]:
+    names = {(each.first, each.second) for each in comparisons}
     first, second = names.pop() if len(names) == 1 else ("the first", "the second")
     lines = [line.replace("{first}", first).replace("{second}", second) for line in LEGEND]
-    lines += [OF_SETS] if any(one.structure for each in found for one in each.differences) else []
-    few = min((one.clips for each in found for one in each.differences if one.limited), default=0)
+    lines += [OF_SETS] if any(one.structure for each in comparisons for one in each.differences) else []
+    few = min((one.clips for each in comparisons for one in each.differences if one.limited), default=0)
     return [*lines, SUCH_LEGEND.format(clips=few, share=100 * unseen(few))] if few else lines
 
 

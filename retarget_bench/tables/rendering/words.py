@@ -3,7 +3,7 @@
 import re
 import textwrap
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from retarget_bench.analysis.statistics import ALPHA, CLIPS_FOR_RARE, ENOUGH_CLIPS, LEVEL, unseen
 from retarget_bench.tables.groups import FPS
@@ -11,7 +11,6 @@ from retarget_bench.tables.model import (
     CONTROL,
     EMPTY,
     MARKS,
-    Cell,
     Column,
     Group,
     Mark,
@@ -69,10 +68,10 @@ def legend(
     these always. intervals: whether these are shown. signs: of the best and those tied with it.
     """
     notes = notes or bool(table.reading)
-    said = [table.finding, *reading([table], intervals, full=notes, signs=signs)]
+    paragraphs = [table.finding, *reading([table], intervals, full=notes, signs=signs)]
     sentences = [problem.sentence for problem in table.problems] if notes else problem_lines(table)
     return [
-        *(("", each) for each in said if each),
+        *(("", each) for each in paragraphs if each),
         *(("  ", f"{name}: {meaning}") for name, meaning in (meanings(table) if notes else ())),
         *((f"[{number}] ", each) for number, each in enumerate(table.footnotes, 1)),
         *(("- ", each) for each in (*(table.notes if notes else ()), *sentences, *table.hints)),
@@ -87,30 +86,22 @@ def reading(
     full: how numbers are made and compared; otherwise only the marks in brief.
     """
     cells = [cell for table in tables for cell in table.cells]
-    told = (table for table in tables if table.groups and (full or _only_speeds(table)))
-    said = [f"{each} {ARROWS}" for each in dict.fromkeys(map(_means, told))]
-    if any(cell.mark for cell in cells):
+    means = []
+    for table in tables:
+        speeds = {column.id for column in table.explained} == {FPS}
+        means += (
+            [table.reading or (SPEEDS if speeds else MEANS)] if table.groups and (full or speeds) else []
+        )
+    sentences = [f"{each} {ARROWS}" for each in dict.fromkeys(means)]
+    if clips := [cell.clips for cell in cells if cell.mark]:
+        rare = (
+            f"{max(clips)} clips can miss failures on up to {100 * unseen(max(clips)):.0f} % of all clips."
+        )
         marks = f"{signs['best']} {BEST}; {signs['tied']} {TIED}."
-        said.append(" ".join([marks, *_rare(cells)]) if full else BRIEF_MARKS)
-    said += [INTERVALS] if intervals else []
-    return said + ([SEEDS] if any(cell.spread is not None for cell in cells) else [])
-
-
-def _means(table: Table) -> str:
-    """What numbers are means over."""
-    return table.reading or (SPEEDS if _only_speeds(table) else MEANS)
-
-
-def _only_speeds(table: Table) -> bool:
-    return {column.id for column in table.explained} == {FPS}
-
-
-def _rare(cells: Iterable[Cell]) -> list[str]:
-    """A sentence on failures that so few clips can miss; none where they suffice."""
-    clips = max((cell.clips for cell in cells if cell.mark), default=CLIPS_FOR_RARE)
-    if clips >= CLIPS_FOR_RARE:
-        return []
-    return [f"{clips} clips can miss failures on up to {100 * unseen(clips):.0f} % of all clips."]
+        marks += f" {rare}" if max(clips) < CLIPS_FOR_RARE else ""
+        sentences.append(marks if full else BRIEF_MARKS)
+    sentences += [INTERVALS] if intervals else []
+    return sentences + ([SEEDS] if any(cell.spread is not None for cell in cells) else [])
 
 
 def meanings(table: Table) -> list[tuple[str, str]]:
@@ -122,19 +113,19 @@ def meanings(table: Table) -> list[tuple[str, str]]:
     if not table.groups:
         return []
     labels = [column.label for column in table.explained]
-    found = []
+    pairs = []
     for column in table.explained:
         unit = shown_unit(column)
         name = column.label if labels.count(column.label) == 1 else column.id
-        found.append((name + (f" [{unit}]" if unit else ""), column.meaning))
+        pairs.append((name + (f" [{unit}]" if unit else ""), column.meaning))
     kinds = dict.fromkeys(counted(group) for group in table.groups if group.counts)
-    found += [("n (windows)" if kind == WINDOWS else "n", kind) for kind in kinds]
-    found += [(kind, EMPTY[kind]) for kind in empty_kinds([table])]
+    pairs += [("n (windows)" if kind == WINDOWS else "n", kind) for kind in kinds]
+    pairs += [(kind, EMPTY[kind]) for kind in empty_kinds([table])]
     splits = dict.fromkeys([*(group.split for group in table.groups), *(c.split for c in table.columns)])
-    found += [(split, table.splits.get(split, "")) for split in splits]
+    pairs += [(split, table.splits.get(split, "")) for split in splits]
     rows = {row.label: row for group in table.groups for row in group.unranked if row.mark == CONTROL}
-    found += [(label, row.about.removeprefix("Control: ")) for label, row in rows.items()]
-    return [(name, meaning) for name, meaning in found if meaning]
+    pairs += [(label, row.about.removeprefix("Control: ")) for label, row in rows.items()]
+    return [(name, meaning) for name, meaning in pairs if meaning]
 
 
 def empty_kinds(tables: Sequence[Table]) -> list[str]:
@@ -145,11 +136,11 @@ def empty_kinds(tables: Sequence[Table]) -> list[str]:
 
 def problem_lines(table: Table) -> list[str]:
     """A line for each method that has cases without an answer: how many of each split, and one reason."""
-    found: dict[tuple[str, str], list[Problem]] = {}
+    grouped: dict[tuple[str, str], list[Problem]] = {}
     for each in table.problems:
-        found.setdefault((each.label, each.status), []).append(each)
+        grouped.setdefault((each.label, each.status), []).append(each)
     lines = []
-    for (label, status), problems in found.items():
+    for (label, status), problems in grouped.items():
         counts: dict[str, int] = {}
         for each in problems:
             counts[each.split] = counts.get(each.split, 0) + len(each.cases)
@@ -162,12 +153,12 @@ def problem_lines(table: Table) -> list[str]:
 def common_counts(group: Group) -> list[str]:
     """Number of cases that each column is ranked on; empty where it equals the n of every ranked row."""
     counts = [f"{common.cases}" if common else "" for common in group.common]
-    known = {row.n for row in group.ranked}
-    alike = len(known) == 1 and set(counts) <= known | {""}
+    answered = {row.n for row in group.ranked}
+    alike = len(answered) == 1 and set(counts) <= answered | {""}
     return counts if any(counts) and not alike else []
 
 
-def named(row: Row) -> str:
+def row_name(row: Row) -> str:
     """A row's name and why it is not ranked; all controls stand below a heading that says so."""
     return f"{row.label} ({row.mark})" if row.mark not in ("", CONTROL) else row.label
 
@@ -210,8 +201,8 @@ def filled(sentence: str, most: int, lead: str = "", indent: str = "") -> list[s
     Non-breaking spaces become usual ones. lead: before the first line; indent: before the others.
     """
 
-    def joined(found: re.Match[str]) -> str:
-        command = found.group()
+    def joined(match: re.Match[str]) -> str:
+        command = match.group()
         return command.replace(" ", NO_BREAK) if len(indent) + len(command) < most else command
 
     text = _COMMAND.sub(joined, sentence).replace(" %", f"{NO_BREAK}%")

@@ -1,4 +1,4 @@
-"""What is changed by how much, and in which windows of a batch."""
+"""The choice of changes, their amounts, and the windows of a batch that get them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -47,8 +47,8 @@ class Augmenter:
 
         warping: whether windows may have frames before and behind those that were drawn.
         """
-        asked, rows = self.shares, len(drawn)
-        shares = (asked.exchanged, asked.turned, asked.mirrored, asked.warped)
+        configured, rows = self.shares, len(drawn)
+        shares = (configured.exchanged, configured.turned, configured.mirrored, configured.warped)
         exchanged, turned, mirrored, warped = numbers.random((4, rows)) < np.array(shares)[:, None]
         lengths = np.array([each.length for each in drawn])
         mirrored &= [each.body.mirror is not None for each in drawn]
@@ -93,16 +93,16 @@ class Augmenter:
         return windows.turned(chains, size * noise.transpose(2, 0, 1))
 
 
-def placed(passed: np.ndarray, start: int, length: int, known: int) -> np.ndarray:
+def placed(passed: np.ndarray, start: int, length: int, frames: int) -> np.ndarray:
     """``(frames,)`` when in a clip each frame of a window is, from what has ``passed`` since its first.
 
     The window begins at ``start``, or earlier where its ``length`` frames would not end in the clip of
-    ``known`` frames; where they do not even fit into the whole of it, all is slower.
+    ``frames`` frames; where they do not even fit into the whole of it, all is slower.
     """
     last = passed[length - 1]
-    if last > known - 1:
-        return passed * ((known - 1) / last)
-    return min(start, known - 1 - last) + passed
+    if last > frames - 1:
+        return passed * ((frames - 1) / last)
+    return min(start, frames - 1 - last) + passed
 
 
 def smooth_noise(

@@ -1,4 +1,4 @@
-"""What augmentation knows of a body: its joints in aligned form, its limbs, its chains, its mirror image.
+"""A body for augmentation: its joints in aligned form, its limbs, its chains, its mirror image.
 
 In aligned form (``motion/aligned.py``) all joint frames are parallel to the world in the reference pose, so
 that a local rotation means the same on every body. Here all joints of a body have it, those above the hips
@@ -39,9 +39,9 @@ class AugmentedBody:
     @cached_property
     def above(self) -> np.ndarray:
         """``(joints, 4)`` those of the parents; the identity for the root."""
-        found = self.own[self.parents]
-        found[0] = rotation.identity()
-        return found
+        orientations = self.own[self.parents]
+        orientations[0] = rotation.identity()
+        return orientations
 
     @property
     def parents(self) -> np.ndarray:
@@ -64,11 +64,11 @@ class AugmentedBody:
         whose turns nobody sees, and joints without a role do not turn.
         """
         numbers: dict[str, int] = {}
-        found = np.full(len(self.parents), -1)
+        chains = np.full(len(self.parents), -1)
         for joint, role in enumerate(self.character.roles):
             if role is not None and not is_tip(role):
-                found[joint] = numbers.setdefault(_chain(role), len(numbers))
-        return found
+                chains[joint] = numbers.setdefault(_chain(role), len(numbers))
+        return chains
 
     @cached_property
     def links(self) -> np.ndarray:
@@ -78,11 +78,11 @@ class AugmentedBody:
     @cached_property
     def limbs(self) -> Mapping[str, tuple[tuple[str, ...], np.ndarray]]:
         """Body part -> the roles of its joints, sorted, and these joints; the hips are of none."""
-        found: dict[str, dict[str, int]] = {}
+        limbs: dict[str, dict[str, int]] = {}
         for role, joint in sorted(self.character.joint_of.items()):
             if role != "hips":
-                found.setdefault(body_part(role), {})[role] = joint
-        return {part: (tuple(mine), np.array([*mine.values()])) for part, mine in found.items()}
+                limbs.setdefault(body_part(role), {})[role] = joint
+        return {part: (tuple(joints), np.array([*joints.values()])) for part, joints in limbs.items()}
 
     # ------------------------------------------------------------------------------- the mirror image
     @cached_property
@@ -92,22 +92,22 @@ class AugmentedBody:
         Sides are told by roles; joints without a role belong together by what they carry and where they
         are. Joints without a role that carry none (props) may be on one side only, and stay there.
         """
-        found = {0: 0}
+        image = {0: 0}
         for joint, parent in enumerate(self.parents.tolist()):
             if parent < 0:
                 continue
-            taken = found.values()
-            there = self.character.skeleton.children[found[parent]]
-            fitting = [each for each in there if each not in taken and self._alike(joint, each)]
+            used = image.values()
+            there = self.character.skeleton.children[image[parent]]
+            fitting = [each for each in there if each not in used and self._alike(joint, each)]
             if fitting:
-                found[joint] = min(fitting, key=lambda each: self._apart(joint, each))
+                image[joint] = min(fitting, key=lambda each: self._apart(joint, each))
             elif self._below[joint]:
                 return None
             else:
-                found[joint] = joint
-        order = np.array([found[joint] for joint in range(len(self.parents))])
+                image[joint] = joint
+        order = np.array([image[joint] for joint in range(len(self.parents))])
         counts = [joint for joint, below in enumerate(self._below) if joint and below]
-        apart = max((self._apart(joint, found[joint]) for joint in counts), default=0.0)
+        apart = max((self._apart(joint, image[joint]) for joint in counts), default=0.0)
         lopsided = apart > LOPSIDED * self.character.height
         return None if lopsided or (order[order] != np.arange(len(order))).any() else order
 
@@ -122,11 +122,11 @@ class AugmentedBody:
     @cached_property
     def _below(self) -> Sequence[frozenset[str]]:
         """Per joint the roles at and below it."""
-        found: list[set[str]] = [set() for _ in self.parents]
+        roles_below: list[set[str]] = [set() for _ in self.parents]
         for role, joint in self.character.joint_of.items():
             for each in (joint, *ancestors(self.character.skeleton, joint)):
-                found[each].add(role)
-        return [frozenset(each) for each in found]
+                roles_below[each].add(role)
+        return [frozenset(each) for each in roles_below]
 
 
 def _chain(role: str) -> str:

@@ -65,9 +65,9 @@ class MotionWindows:
         order = np.arange(len(self.rows))
         for row, part in np.argwhere(parts).tolist():
             partner, name = int(partners[row]), BODY_PARTS[part]
-            mine, theirs = (self.bodies[each].limbs.get(name) for each in (row, partner))
-            if mine is not None and theirs is not None and mine[0] == theirs[0]:
-                order[self.first[row] + mine[1]] = self.first[partner] + theirs[1]
+            own, other = (self.bodies[each].limbs.get(name) for each in (row, partner))
+            if own is not None and other is not None and own[0] == other[0]:
+                order[self.first[row] + own[1]] = self.first[partner] + other[1]
         return replace(self, rotations=self.rotations[:, order])
 
     @cached_property
@@ -79,8 +79,8 @@ class MotionWindows:
     def chains(self) -> np.ndarray:
         """``(joints,)`` the number, in all rows, of the chain that each joint turns with, or -1."""
         counts = np.cumsum([0, *(len(body.links) for body in self.bodies)])
-        found = np.concatenate([body.chains for body in self.bodies])
-        return np.where(found >= 0, found + counts[self.rows], -1)
+        chains = np.concatenate([body.chains for body in self.bodies])
+        return np.where(chains >= 0, chains + counts[self.rows], -1)
 
     def turned(self, chains: np.ndarray, vectors: np.ndarray) -> Self:
         """Chains turned about the axes of what they hang from, each of its joints by its part of the turn.
@@ -145,15 +145,15 @@ def side_by_side(
         rotations = np.concatenate([rotations[at] for rotations, _, at in some], axis=1)
         return as_planes(rotations), np.stack([root[at] for _, root, at in some], dtype=np.float64)
 
-    found = MotionWindows(bodies, *read(range(len(windows)), 0))
+    motion = MotionWindows(bodies, *read(range(len(windows)), 0))
     if len(between := np.flatnonzero(shares.any(axis=1))):
         rotations, root = read(between.tolist(), 1)
-        joints = np.isin(found.rows, between)
-        before = found.rotations[:, joints]
-        found.rotations[:, joints] = before + shares[found.rows[joints]] * (rotations - before)
-        found.root[between] += shares[between, :, None] * (root - found.root[between])
-    length = np.sqrt((found.rotations.real**2 + found.rotations.imag**2).sum(0))
-    return replace(found, rotations=found.rotations / length)
+        joints = np.isin(motion.rows, between)
+        before = motion.rotations[:, joints]
+        motion.rotations[:, joints] = before + shares[motion.rows[joints]] * (rotations - before)
+        motion.root[between] += shares[between, :, None] * (root - motion.root[between])
+    length = np.sqrt((motion.rotations.real**2 + motion.rotations.imag**2).sum(0))
+    return replace(motion, rotations=motion.rotations / length)
 
 
 # ------------------------------------------------------------------------------------------- planes

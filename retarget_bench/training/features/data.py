@@ -64,12 +64,12 @@ def performers(data: Dataset, source: Source) -> dict[str, TrainingClips]:
     if source.structure != TWO_LEGS:
         return dict(sorted(moving[source.lender].items()))
     cast = data.characters()
-    everybody = {name: clips for mine in moving.values() for name, clips in mine.items()}
+    everybody = {name: clips for characters in moving.values() for name, clips in characters.items()}
     return {name: everybody[name] for name in sorted(everybody) if not network.stranger(cast[name])}
 
 
-def sources(data: Dataset, wanted: Sequence[str] = ()) -> list[Source]:
-    """Origin of the motion for each structure and, as one, for all bodies on two legs; without ``wanted``,
+def sources(data: Dataset, structures: Sequence[str] = ()) -> list[Source]:
+    """Origin of the motion per structure and, as one, for all bodies on two legs; without ``structures``
     for all that some motion fits.
 
     Raises NotSupported where the data set has no training motion, or none for a structure asked for.
@@ -80,26 +80,29 @@ def sources(data: Dataset, wanted: Sequence[str] = ()) -> list[Source]:
         if not windows.unseeable(character):
             cast.setdefault(character.structure, []).append(character)
     two_legs = [TWO_LEGS] if performers(data, _TWO_LEGS) else []
-    known = [*cast, *two_legs]
-    if unknown := [name for name in wanted if name not in known]:
+    available = [*cast, *two_legs]
+    if unknown := [name for name in structures if name not in available]:
         raise NotSupported(
-            f"{data.label} has no structure {unknown[0]!r} with a facing; structures are {', '.join(known)}"
+            f"{data.label} has no structure {unknown[0]!r} with a facing; structures are "
+            f"{', '.join(available)}"
         )
-    found = [_TWO_LEGS if name == TWO_LEGS else _source(name, cast, moving) for name in wanted or known]
-    if wanted and None in found:
+    sources = [
+        _TWO_LEGS if name == TWO_LEGS else _source(name, cast, moving) for name in structures or available
+    ]
+    if structures and None in sources:
         raise NotSupported(
-            f"{data.label} has no training motion of structure {wanted[found.index(None)]!r}, nor of one "
-            "that has a joint wherever it has one"
+            f"{data.label} has no training motion of structure {structures[sources.index(None)]!r}, nor "
+            "of one that has a joint wherever it has one"
         )
-    return [each for each in found if each is not None]
+    return [each for each in sources if each is not None]
 
 
 def gather(spec: Spec, source: Source, jobs: int, progress: Progress) -> dict[str, np.ndarray]:
     """The clips of all training characters, in a fixed order, as channels."""
     names = list(performers(bound.dataset(spec).built, source))
     common = {"dataset": spec, "source": source}
-    found = by_character(clips_of, names, common, jobs, progress)
-    return {name: clip for clips in found.values() for name, clip in clips.items()}
+    results = by_character(clips_of, names, common, jobs, progress)
+    return {name: clip for clips in results.values() for name, clip in clips.items()}
 
 
 def clips_of(job: Mapping[str, Any]) -> Clips:
@@ -107,17 +110,17 @@ def clips_of(job: Mapping[str, Any]) -> Clips:
     registry.know_files(job["plugins"])
     source, character = job["source"], job["character"]
     clips = performers(bound.dataset(job["dataset"]).built, source)[character]
-    found = {}
+    by_clip = {}
     for number in range(len(clips)):
         try:
             motion = clips[number]
             joints = source.joints or motion.character.joints(source.roles)
-            seen = windows.channels(motion, joints)
+            channels = windows.channels(motion, joints)
         except Unusable:
             continue
-        if len(seen) >= source.design.frames:
-            found[f"{character}/{clips.names[number]}"] = seen.astype(np.float32)
-    return found
+        if len(channels) >= source.design.frames:
+            by_clip[f"{character}/{clips.names[number]}"] = channels.astype(np.float32)
+    return by_clip
 
 
 def _source(structure: str, cast: Mapping[str, Sequence[Character]], moving: Cast) -> Source | None:
@@ -143,10 +146,10 @@ def _match(body: Character, lender: Character) -> tuple[float, tuple[int, ...]]:
     """Heights by which matched joints lie apart at most, and the lender's joint for each of the body's."""
     from scipy.optimize import linear_sum_assignment  # type: ignore[import-untyped]
 
-    ours, theirs = _places(body), _places(lender)
-    if len(ours) > len(theirs):
+    places, lender_places = _places(body), _places(lender)
+    if len(places) > len(lender_places):
         return np.inf, ()
-    apart = np.linalg.norm(ours[:, None] - theirs, axis=-1)
+    apart = np.linalg.norm(places[:, None] - lender_places, axis=-1)
     rows, columns = linear_sum_assignment(apart**2)
     return float(apart[rows, columns].max()), tuple(structure_joints(lender)[columns].tolist())
 

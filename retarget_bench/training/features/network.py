@@ -105,17 +105,17 @@ class Network:
         joints: Sequence[int] | None = (
             motion.character.joints(self.card["roles"]) if self.of_two_legs else None
         )
-        seen = windows.channels(motion, joints, floor)
-        cut = windows.windows(seen, design.hop, design.frames)
-        return self.encode(cut), windows.speeds(seen, design.hop, design.frames)
+        channels = windows.channels(motion, joints, floor)
+        cut = windows.windows(channels, design.hop, design.frames)
+        return self.encode(cut), windows.speeds(channels, design.hop, design.frames)
 
     def encode(self, cut: np.ndarray) -> np.ndarray:
         """``(windows, features)`` float32 of windows ``(windows, frames, channels)``."""
         mean, scale = self._tensor["feature_mean"], self._tensor["feature_scale"]
-        found = np.zeros((len(cut), len(mean)), np.float32)
+        features = np.zeros((len(cut), len(mean)), np.float32)
         for at in range(0, len(cut), BATCH):
-            found[at : at + BATCH] = (self.activations(cut[at : at + BATCH]) - mean) * scale
-        return found
+            features[at : at + BATCH] = (self.activations(cut[at : at + BATCH]) - mean) * scale
+        return features
 
     def activations(self, cut: np.ndarray) -> np.ndarray:
         """``(windows, features)`` deepest activations of a batch, mean over time, as they are."""

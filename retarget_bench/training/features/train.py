@@ -74,18 +74,20 @@ def train(
     """
     begun = time.perf_counter()
     design = source.design
-    cut = [windows.windows(seen, config.hop, design.frames) for seen in clips.values()]
+    cut = [windows.windows(channels, config.hop, design.frames) for channels in clips.values()]
     held = slice(config.validation - 1, None, config.validation)
     aside = np.concatenate(cut[held] or cut[:1])
     del cut[held]
-    kept = np.concatenate(cut)
-    mean, scale = _statistics(kept, config)
-    curve, model = _fit((kept - mean) * scale, (aside - mean) * scale, design, config, progress)
+    training = np.concatenate(cut)
+    mean, scale = _statistics(training, config)
+    curve, model = _fit((training - mean) * scale, (aside - mean) * scale, design, config, progress)
     tensors = _tensors(model, mean, scale)
     bare = Network(
         tensors | {"feature_mean": np.zeros(design.features), "feature_scale": np.ones(design.features)}, {}
     )
-    deepest = np.concatenate([bare.activations(kept[at : at + 64]) for at in range(0, len(kept), 64)])
+    deepest = np.concatenate(
+        [bare.activations(training[at : at + 64]) for at in range(0, len(training), 64)]
+    )
     spread = deepest.std(axis=0)
     scales = np.where(spread > DROPPED, 1.0 / np.maximum(spread, DROPPED), 0.0)
     tensors["feature_mean"] = deepest.mean(axis=0).astype(np.float32)
@@ -95,7 +97,7 @@ def train(
         "roles": list(source.roles),
         **facts,
         "clips": len(clips),
-        "windows": len(kept),
+        "windows": len(training),
         "validation_windows": len(aside),
         "features": int((tensors["feature_scale"] > 0).sum()),
         "recipe": asdict(config),
@@ -106,16 +108,18 @@ def train(
     return network.write(folder, tensors, card)
 
 
-def _statistics(kept: np.ndarray, config: FeatureTrainingConfig) -> tuple[np.ndarray, np.ndarray]:
+def _statistics(training: np.ndarray, config: FeatureTrainingConfig) -> tuple[np.ndarray, np.ndarray]:
     """``(channels,)`` mean, and one over the standard deviation (0 for what never varies)."""
-    mean, spread = (each.astype(np.float32) for each in (kept.mean(axis=(0, 1)), kept.std(axis=(0, 1))))
-    joints = (kept.shape[2] - 3) // 5
+    mean, spread = (
+        each.astype(np.float32) for each in (training.mean(axis=(0, 1)), training.std(axis=(0, 1)))
+    )
+    joints = (training.shape[2] - 3) // 5
     least = np.repeat(np.array(config.least, np.float32), (3 * joints, 2 * joints + 3))
     return mean, np.where(spread > DROPPED, 1.0 / np.maximum(spread, least), 0.0).astype(np.float32)
 
 
 def _fit(
-    kept: np.ndarray,
+    training: np.ndarray,
     aside: np.ndarray,
     design: Design,
     config: FeatureTrainingConfig,
@@ -124,17 +128,17 @@ def _fit(
     """The loss curve and the trained network."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(config.seed)
-        model = Autoencoder(kept.shape[2], design)
+        model = Autoencoder(training.shape[2], design)
     optimiser = torch.optim.Adam(model.parameters(), lr=config.rate)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, config.steps)
     here, there = (
-        torch.from_numpy(np.ascontiguousarray(each.transpose(0, 2, 1))) for each in (kept, aside)
+        torch.from_numpy(np.ascontiguousarray(each.transpose(0, 2, 1))) for each in (training, aside)
     )
     every = max(config.steps // config.checks, 1)
     curve, recent = [], []
     for step, batch in enumerate(_batches(len(here), config), 1):
-        wanted = here[batch]
-        loss = nn.functional.mse_loss(model(wanted), wanted)
+        inputs = here[batch]
+        loss = nn.functional.mse_loss(model(inputs), inputs)
         optimiser.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
         optimiser.step()
@@ -172,8 +176,8 @@ def _short(number: float) -> float:
 
 def _tensors(model: Autoencoder, mean: np.ndarray, scale: np.ndarray) -> dict[str, np.ndarray]:
     """The encoder in half precision, and the statistics of its input."""
-    found = {"input_mean": mean, "input_scale": scale}
+    tensors = {"input_mean": mean, "input_scale": scale}
     for number, layer in enumerate(model.down):
         for kind in ("weight", "bias"):
-            found[f"{kind}_{number}"] = getattr(layer, kind).detach().numpy().astype(np.float16)
-    return found
+            tensors[f"{kind}_{number}"] = getattr(layer, kind).detach().numpy().astype(np.float16)
+    return tensors

@@ -56,12 +56,12 @@ def channels(motion: Source, joints: Sequence[int] | None = None, floor: float =
     if reason := unseeable(character):
         raise NotSupported(reason)
     places = _at_rate(motion)
-    seen = structure_joints(character) if joints is None else np.asarray(joints)
+    indices = structure_joints(character) if joints is None else np.asarray(joints)
     hips = places[:, character.joint_of.get("hips", 0)] * (1.0, 0.0, 1.0)
     turn = facing.facing(places, character, SMOOTHING)
-    centred = places[:, seen] - hips[:, None] - (0.0, floor, 0.0)
+    centred = places[:, indices] - hips[:, None] - (0.0, floor, 0.0)
     height = float(character.height)
-    velocity, root = _rates(places[:, seen]) / height, _rates(hips) / height
+    velocity, root = _rates(places[:, indices]) / height, _rates(hips) / height
     yaw = np.angle(turn[1:] * turn[:-1].conj(), deg=False) * RATE if len(turn) > 1 else np.zeros(0)
     parts = [
         facing.seen(centred, turn[:, None]) / height,
@@ -73,17 +73,17 @@ def channels(motion: Source, joints: Sequence[int] | None = None, floor: float =
     return np.concatenate([part.reshape(len(places), -1) for part in parts], axis=1)
 
 
-def windows(seen: np.ndarray, hop: int = HOP, frames: int = FRAMES) -> np.ndarray:
+def windows(channels: np.ndarray, hop: int = HOP, frames: int = FRAMES) -> np.ndarray:
     """``(windows, frames, channels)`` view of channels ``(all frames, channels)``; none where too few."""
-    if len(seen) < frames:
-        return np.zeros((0, frames, seen.shape[1]))
-    cut = np.lib.stride_tricks.sliding_window_view(seen, frames, axis=0)[::hop]
+    if len(channels) < frames:
+        return np.zeros((0, frames, channels.shape[1]))
+    cut = np.lib.stride_tricks.sliding_window_view(channels, frames, axis=0)[::hop]
     return cut.transpose(0, 2, 1)
 
 
-def speeds(seen: np.ndarray, hop: int = HOP, frames: int = FRAMES) -> np.ndarray:
+def speeds(channels: np.ndarray, hop: int = HOP, frames: int = FRAMES) -> np.ndarray:
     """``(windows,)`` mean level speed of the hips in every window, heights per second."""
-    level = np.hypot(seen[:, -3], seen[:, -2])
+    level = np.hypot(channels[:, -3], channels[:, -2])
     return windows(level[:, None], hop, frames)[..., 0].mean(axis=1)
 
 

@@ -47,11 +47,11 @@ class NknUpdateRule(nn.Module):
             sums[number, 0] += each.detach().float().sigmoid().sum()
             sums[number, 1] += len(each)
         total, rows = parallel.mean(sums).unbind(1)
-        seen = rows > 0
+        present = rows > 0
         now = total / rows.clamp(min=1e-6)
         new = self.memory * self.running + (1.0 - self.memory) * now
-        self.running.copy_(torch.where(seen, new, self.running))
-        learns: list[bool] = (seen & (self.running > self.threshold)).tolist()
+        self.running.copy_(torch.where(present, new, self.running))
+        learns: list[bool] = (present & (self.running > self.threshold)).tolist()
         return learns
 
 
@@ -79,15 +79,15 @@ class ReplayBuffer(nn.Module):
             self._count = int(self.count)
             self._full = self._count == size
         new, places = torch.rand(rows) < 0.5, torch.randint(size, (rows,))
-        kept, mixed = list(range(size)), list(range(size, size + rows))  # rows of buffer and answers
+        buffered, mixed = list(range(size)), list(range(size, size + rows))  # rows of buffer and answers
         for row, (keep, place) in enumerate(zip(new.tolist(), places.tolist(), strict=True)):
             if self._count < size:
-                kept[self._count] = size + row
+                buffered[self._count] = size + row
                 self._count += 1
             elif not keep:
-                mixed[row], kept[place] = kept[place], size + row
+                mixed[row], buffered[place] = buffered[place], size + row
         every = torch.cat([self.kept, answers.to(self.kept.dtype)])
-        index = torch.tensor(kept + mixed)
+        index = torch.tensor(buffered + mixed)
         index = (index.pin_memory() if answers.is_cuda else index).to(answers.device, non_blocking=True)
         self.kept.copy_(every[index[:size]])
         if not self._full:

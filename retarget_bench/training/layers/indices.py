@@ -12,10 +12,10 @@ def indices(numbers: Sequence[int], like: Tensor) -> Tensor:
 
     Each time that torch indexes with a list, it copies it to the GPU and waits; this is copied once.
     """
-    return _kept(tuple(numbers), like.device)
+    return _cached(tuple(numbers), like.device)
 
 
 @lru_cache(maxsize=1024)
 @torch.inference_mode(False)  # what is kept has to serve where gradients are wanted, too
-def _kept(numbers: tuple[int, ...], device: torch.device) -> Tensor:
+def _cached(numbers: tuple[int, ...], device: torch.device) -> Tensor:
     return torch.tensor(numbers, dtype=torch.long, device=device)

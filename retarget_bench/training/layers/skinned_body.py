@@ -48,8 +48,8 @@ class SkinnedBody:
     def blended(self, matrices: np.ndarray) -> np.ndarray:
         """``(V, 3)`` metres, the vertices moved by each joint's ``(joints, 3, 4)``."""
         shares = (self.weights @ matrices.reshape(-1, 12).astype(np.float32)).reshape(-1, 3, 4)
-        found: np.ndarray = (shares @ self.vertices[..., None])[..., 0]
-        return found
+        moved: np.ndarray = (shares @ self.vertices[..., None])[..., 0]
+        return moved
 
 
 def mesh_of(character: Character) -> Mesh:
@@ -60,8 +60,8 @@ def mesh_of(character: Character) -> Mesh:
 
 
 def moves(motion: Motion, origin: np.ndarray) -> dict[str, np.ndarray]:
-    """What moves the mesh of a motion's character, seen from ``origin`` ``(frames, 3)``, as arrays
-    ``(frames, ...)``.
+    """The arrays that move the mesh of a motion's character, seen from ``origin`` ``(frames, 3)``, as
+    arrays ``(frames, ...)``.
 
     turns: ``(joints, 4)`` and shifts: ``(joints, 3)`` metres: a point that follows a joint is turned, then
     shifted.

@@ -1,4 +1,4 @@
-"""Which structures a method with networks for each of them is trained on, and which its weights know."""
+"""Structures that a method with networks for each is trained on, and those of its weights."""
 
 from collections.abc import Iterable, Mapping
 
@@ -20,19 +20,19 @@ def not_among(character: Character, structures: str, method: str) -> str:
 
 def unknown(
     character: Character,
-    known: Mapping[str, object],
+    trained: Mapping[str, object],
     key: str,
     joints: object,
     names: Iterable[str] = (),
 ) -> str:
     """Reason why weights have no networks for a body; "" if they have.
 
-    known: key of a structure -> its joints, in a form that can be compared. key, joints: of the body.
-    names: of the known structures, where these are not their keys.
+    trained: key of a structure -> its joints, in a form that can be compared. key, joints: of the body.
+    names: of the trained structures, where these are not their keys.
     """
-    if key not in known:
-        listed = ", ".join(names or known)
+    if key not in trained:
+        listed = ", ".join(names or trained)
         return f"{character.name} is of structure {character.structure}, and these weights know {listed}"
-    if known[key] != joints:
+    if trained[key] != joints:
         return f"{character.name} has other joints than the {character.structure} that these weights know"
     return ""

@@ -1,4 +1,4 @@
-"""Shared by the checks of every kind of plug-in: trials, outcomes, sample cases, snapshots."""
+"""Trials of plug-ins, and the outcomes, sample cases and snapshots that all of them use."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -31,8 +31,10 @@ class Check:
         return f"ok      {self.demand}" if self.passed else f"FAILED  {self.demand}: {self.problem}"
 
 
-CheckMethod = Callable[[Any], str | None]
-"""A method of a ``Trial`` that says what is wrong; None where nothing is."""
+Problems = Iterator[str]
+"""Sentences on what is wrong, of which the first is reported; none where nothing is."""
+CheckMethod = Callable[[Any], Problems | None]
+"""A method of a ``Trial``: a check. None: it is passed where nothing is raised."""
 
 
 def demand(text: str) -> Callable[[CheckMethod], CheckMethod]:
@@ -62,34 +64,34 @@ class Trial(Generic[P]):
         for method in [method for each in reversed(type(self).__mro__) for method in vars(each).values()]:
             if text := getattr(method, "demand", ""):
                 try:
-                    problem = method(self) or ""
+                    problem = next(method(self) or iter(()), "")
                 except BenchError as error:
                     problem = str(error)
                 except Exception as error:  # the plug-in's own fault: it costs this check only
                     problem = one_line(error)
                 yield Check(text, problem)
 
-    def card_fault(self, card: Any, **known: Iterable[str]) -> str | None:
-        """The first fault of a card: unknown words, another name, or a parameter without a line."""
-        for name, words in known.items():
+    def card_fault(self, card: Any, **allowed: Iterable[str]) -> Problems:
+        """The faults of a card: unknown words, another name, or a parameter without a line."""
+        for name, words in allowed.items():
             if strange := set(getattr(card, name)) - set(words):
-                return f"{name} {sorted(strange)}; known are {', '.join(words)}"
-        if card.name != (wanted := self.spec.names):
-            return f"card.name is {card.name!r}, but the plug-in is called {wanted!r}"
-        taken, _ = parameters.known(registry.load(self.kind, self.spec.name))
+                yield f"{name} {sorted(strange)}; known are {', '.join(words)}"
+        if card.name != (expected := self.spec.names):
+            yield f"card.name is {card.name!r}, but the plug-in is called {expected!r}"
+        declared, _ = parameters.known(registry.load(self.kind, self.spec.name))
         described = getattr(card, "parameters", None)
-        missing = [] if described is None else [p.name for p in taken if p.name not in described]
-        return f"card.parameters has no line for {', '.join(missing)}" if missing else None
+        if described is not None and (missing := [p.name for p in declared if p.name not in described]):
+            yield f"card.parameters has no line for {', '.join(missing)}"
 
 
 def sample(data: Dataset, frames: int = 40, task: str = TASKS[0]) -> list[Case]:
     """The first case of every split of a data set, brought to a length by ``resized``."""
-    found = []
+    cases = []
     for split in data.card.splits:
-        found += [resized(data.load(info), frames) for info in data.cases(task, split)[:1]]
-    if not found:
+        cases += [resized(data.load(info), frames) for info in data.cases(task, split)[:1]]
+    if not cases:
         raise BenchError(f"data set {data.card.name!r} has no case to try a plug-in on")
-    return found
+    return cases
 
 
 def arrays(thing: Any, name: str = "") -> Iterator[tuple[str, np.ndarray]]:
@@ -109,11 +111,10 @@ def snapshot(**things: Any) -> dict[str, np.ndarray]:
     return {path: a.copy() for name, thing in things.items() for path, a in arrays(thing, name)}
 
 
-def changed(before: Mapping[str, np.ndarray], **things: Any) -> str | None:
-    """The first array that is no longer what the snapshot holds."""
+def changed(before: Mapping[str, np.ndarray], **things: Any) -> Problems:
+    """The arrays that are no longer what the snapshot holds."""
     after = snapshot(**things)
-    moved = (path for path in before if not np.array_equal(before[path], after[path]))
-    return next((f"{path} was modified" for path in moved), None)
+    yield from (f"{path} was modified" for path in before if not np.array_equal(before[path], after[path]))
 
 
 def difference(a: Prediction, b: Prediction) -> float:

@@ -10,7 +10,7 @@ from retarget_bench.api.datasets import usual_split
 from retarget_bench.files import slug
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
-from retarget_bench.verification.contract.common import Trial, demand
+from retarget_bench.verification.contract.common import Problems, Trial, demand
 
 LOADED = 3
 """Cases of every split that are loaded and looked into."""
@@ -32,107 +32,104 @@ class DatasetTrial(Trial[Dataset]):
                 yield self.plugin.load(info)
 
     @demand("its card says what it is, its licence and how to get it")
-    def card(self) -> str | None:
+    def card(self) -> Problems:
         card = self.plugin.card
         texts = ("summary", "version", "licence", "obtain")
         if empty := [name for name in texts if not getattr(card, name).strip()]:
-            return f"no {', '.join(empty)}"
+            yield f"no {', '.join(empty)}"
         if not isinstance(card.splits, Mapping):
-            return "splits is no mapping of names to what the cases of each have in common"
+            yield "splits is no mapping of names to what the cases of each have in common"
         if strange := [name for name in card.splits if name != slug(name)]:
-            return f"split {strange[0]!r} is no name of a folder"
-        return self.card_fault(card)
+            yield f"split {strange[0]!r} is no name of a folder"
+        yield from self.card_fault(card)
 
     @demand("label, content and notes are text")
-    def texts(self) -> str | None:
+    def texts(self) -> Problems:
         for name in ("label", "content"):
             if not (isinstance(value := getattr(self.plugin, name), str) and value):
-                return f"{name} is {value!r}"
-        bad = next((note for note in self.plugin.notes if not isinstance(note, str)), None)
-        return f"a note is {bad!r}" if bad is not None else None
+                yield f"{name} is {value!r}"
+        yield from (f"a note is {note!r}" for note in self.plugin.notes if not isinstance(note, str))
 
     @demand("there is at least one case")
-    def some(self) -> str | None:
-        return None if self.listed else "no case in any split"
+    def some(self) -> Problems:
+        if not self.listed:
+            yield "no case in any split"
 
     @demand("case ids are unique and say dataset/source>target/clip")
-    def ids(self) -> str | None:
+    def ids(self) -> Problems:
         ids = [info.id for info in self.listed]
         if len(set(ids)) != len(ids):
-            return f"{next(i for i in ids if ids.count(i) > 1)} is there twice"
+            yield f"{next(i for i in ids if ids.count(i) > 1)} is there twice"
         for info in self.listed:
             if info.id.split("/")[1:2] != [info.pair] or not info.clip:
-                return f"{info.id} of {info.pair}, clip {info.clip!r}"
-        return None
+                yield f"{info.id} of {info.pair}, clip {info.clip!r}"
 
     @demand("built again, it lists the same cases and the same content")
-    def stable(self) -> str | None:
+    def stable(self) -> Problems:
         again: Dataset = registry.create("datasets", self.spec)
         if again.content != self.plugin.content:
-            return f"content was {self.plugin.content!r}, then {again.content!r}"
-        return None if _listed(again) == self.listed else "the lists of cases differ"
+            yield f"content was {self.plugin.content!r}, then {again.content!r}"
+        if _listed(again) != self.listed:
+            yield "the lists of cases differ"
 
     @demand("splits follow characters and their structures")
-    def splits(self) -> str | None:
+    def splits(self) -> Problems:
         for case in self.loaded:
             info, source, target = case.info, case.source.character, case.target
             if (source.name, target.name) != (info.source, info.target):
-                return f"{info.id} holds {source.name}>{target.name}"
+                yield f"{info.id} holds {source.name}>{target.name}"
             alike = source.structure == target.structure
             split = usual_split(source.name == target.name, alike)
             if info.split in SPLITS and split != info.split:
-                return f"{info.id} is listed as {info.split} but is {split}"
-        return None
+                yield f"{info.id} is listed as {info.split} but is {split}"
 
     @demand("real motion, where it is offered, is of the structure asked for")
-    def real(self) -> str | None:
+    def real(self) -> Problems:
         data: object = self.plugin
         if not isinstance(data, RealDataset):
-            return None
+            return
         for structure in {body.structure for body in self.plugin.characters().values()}:
             infos = data.real("retarget", structure)
             if len({(info.clip, info.target) for info in infos}) != len(infos):
-                return f"a clip of a body of {structure} is offered twice"
+                yield f"a clip of a body of {structure} is offered twice"
             for info in infos[:LOADED]:
                 case = self.plugin.load(info)
                 if case.reference is None:
-                    return f"{info.id} is offered as real motion and has no reference"
+                    yield f"{info.id} is offered as real motion and has no reference"
                 if case.target.structure != structure:
-                    return f"{info.id} is offered for {structure} and is of {case.target.structure}"
-        return None
+                    yield f"{info.id} is offered for {structure} and is of {case.target.structure}"
 
     @demand("loaded cases fit together: frames, rates, shapes")
-    def shapes(self) -> str | None:
-        return next((problem for case in self.loaded if (problem := _misfit(case))), None)
+    def shapes(self) -> Problems:
+        for case in self.loaded:
+            yield from _misfits(case)
 
     @demand("loaded cases are finite and rotations are unit")
-    def finite(self) -> str | None:
+    def finite(self) -> Problems:
         for case in self.loaded:
             for name in ("source", "reference", "alternative"):
                 motion = getattr(case, name)
                 if motion is not None and not np.isfinite(motion.positions).all():
-                    return f"{case.info.id}: a position of the {name} is not finite"
+                    yield f"{case.info.id}: a position of the {name} is not finite"
                 if not isinstance(motion, Motion):
                     continue
                 if np.abs(np.linalg.norm(motion.rotations, axis=-1) - 1).max(initial=0.0) > 1e-6:
-                    return f"{case.info.id}: a rotation of the {name} is not a unit quaternion"
-        return None
+                    yield f"{case.info.id}: a rotation of the {name} is not a unit quaternion"
 
     @demand("a case loaded twice is the same")
-    def repeatable(self) -> str | None:
+    def repeatable(self) -> Problems:
         for case in self.loaded:
             again = self.plugin.load(case.info)
             if not np.array_equal(case.source.positions, again.source.positions):
-                return f"{case.info.id}: the sources differ"
-        return None
+                yield f"{case.info.id}: the sources differ"
 
 
 def _listed(data: Dataset) -> list[CaseInfo]:
     return [info for split in data.card.splits for info in data.cases("retarget", split)]
 
 
-def _misfit(case: Case) -> str | None:
-    """The first inconsistency in a loaded case."""
+def _misfits(case: Case) -> Problems:
+    """The inconsistencies in a loaded case."""
     frames, contacts = case.source.frames, case.contacts
     facts: list[tuple[bool, Any]] = [
         (frames > 0, "no frames"),
@@ -147,13 +144,13 @@ def _misfit(case: Case) -> str | None:
             ]
     if contacts is not None:
         unknown = set(contacts.roles) - set(case.target.joint_of)
-        wanted = (frames, len(contacts.roles))
+        shape = (frames, len(contacts.roles))
         facts += [
-            (contacts.planted.shape == wanted, f"contacts {contacts.planted.shape}, not {wanted}"),
+            (contacts.planted.shape == shape, f"contacts {contacts.planted.shape}, not {shape}"),
             (contacts.planted.dtype == bool, f"contacts of type {contacts.planted.dtype}, not bool"),
             (
-                contacts.pivoting is None or contacts.pivoting.shape == wanted,
-                f"pivoting contacts of another shape than {wanted}",
+                contacts.pivoting is None or contacts.pivoting.shape == shape,
+                f"pivoting contacts of another shape than {shape}",
             ),
             (not unknown, f"contacts of {', '.join(sorted(unknown))}, which the target does not have"),
         ]
@@ -165,4 +162,4 @@ def _misfit(case: Case) -> str | None:
             (touch.rests.dtype == bool, f"a touch that rests by {touch.rests.dtype}, not bool"),
             (not unknown, f"a touch of {', '.join(sorted(unknown))}, which the target does not have"),
         ]
-    return next((f"{case.info.id}: {text}" for fits, text in facts if not fits), None)
+    yield from (f"{case.info.id}: {text}" for fits, text in facts if not fits)

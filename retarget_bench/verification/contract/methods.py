@@ -21,6 +21,7 @@ from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import (
     Check,
+    Problems,
     Trial,
     changed,
     demand,
@@ -55,116 +56,110 @@ class MethodTrial(Trial[Method]):
             self.cases = sample(data)
 
     @demand("its card says what it is and what it takes")
-    def card(self) -> str | None:
+    def card(self) -> Problems:
         card = self.plugin.card
         if not (card.summary and card.version):
-            return "summary and version must not be empty"
+            yield "summary and version must not be empty"
         words = {"accepts": KINDS_OF_SOURCE, "needs": PRIVILEGED, "uses": ("training",), "tasks": TASKS}
-        return self.card_fault(method_card(self.plugin), **words)
+        yield from self.card_fault(method_card(self.plugin), **words)
 
     @demand("supports() gives None or a reason")
-    def supports(self) -> str | None:
+    def supports(self) -> Problems:
         for case in self.cases:
             reason = self.plugin.supports(case.source.character, case.target)
             if reason is not None and not (isinstance(reason, str) and reason.strip()):
-                return f"{case.info.id}: returned {reason!r}"
-        return None
+                yield f"{case.info.id}: returned {reason!r}"
 
     @demand("answers keep frames and rate, are finite, unit, of the target")
-    def answers(self) -> str | None:
+    def answers(self) -> Problems:
         outcomes = [self._ask(case) for case in self.cases]
         if not any(outcome.prediction for outcome in outcomes):
-            return f"no case was answered: {'; '.join(sorted({outcome.message for outcome in outcomes}))}"
-        return self._first_problem(self.cases)
+            yield f"no case was answered: {'; '.join(sorted({outcome.message for outcome in outcomes}))}"
+        yield from self._problems(self.cases)
 
     @demand("a clip of one frame is answered or refused")
-    def one_frame(self) -> str | None:
-        return self._first_problem([resized(case, 1) for case in self.cases])
+    def one_frame(self) -> Problems:
+        yield from self._problems([resized(case, 1) for case in self.cases])
 
     @demand("another frame rate is kept")
-    def other_rate(self) -> str | None:
-        return self._first_problem([played(case, 50.0) for case in self.cases])
+    def other_rate(self) -> Problems:
+        yield from self._problems([played(case, 50.0) for case in self.cases])
 
     @demand("a source known by positions only is answered or refused")
-    def positions(self) -> str | None:
-        return self._first_problem([replace(c, source=_by_positions(c.source)) for c in self.cases])
+    def positions(self) -> Problems:
+        yield from self._problems([replace(c, source=_by_positions(c.source)) for c in self.cases])
 
     @demand("its input is not modified")
-    def input_untouched(self) -> str | None:
+    def input_untouched(self) -> Problems:
         for case in self.cases:
             if predict.refusal(self.plugin, case) is not None:
                 continue
-            given = case.source.copy()  # the engine hands out copies: here the method's own is looked at
-            before = snapshot(source=given, target=case.target)
-            self.plugin.retarget(given, case.target, context=self._context(case))
-            if problem := changed(before, source=given, target=case.target):
-                return problem
-        return None
+            source = case.source.copy()  # the engine hands out copies: here the method's own is looked at
+            before = snapshot(source=source, target=case.target)
+            self.plugin.retarget(source, case.target, context=self._context(case))
+            yield from changed(before, source=source, target=case.target)
 
     @demand("same case and seed, same answer, whatever ran before")
-    def deterministic(self) -> str | None:
+    def deterministic(self) -> Problems:
         first = self._answers(self.cases)
         # the generators that code forgets to seed are moved, so that reading one shows
         random.seed(random.random())
         np.random.seed(random.randrange(2**32))  # noqa: NPY002 - the legacy generator is the one meant here
         self.plugin = registry.create("methods", self.spec)
-        return self._first_difference(first, self._answers(self.cases[::-1])[::-1])
+        yield from self._differences(first, self._answers(self.cases[::-1])[::-1])
 
     @demand("the seed matters only if the card says stochastic")
-    def seed(self) -> str | None:
-        if self.plugin.card.stochastic:
-            return None
-        return self._first_difference(self._answers(self.cases, 1), self._answers(self.cases, 2))
+    def seed(self) -> Problems:
+        if not self.plugin.card.stochastic:
+            yield from self._differences(self._answers(self.cases, 1), self._answers(self.cases, 2))
 
     @demand("privileged inputs are used only if the card needs them")
-    def privileged(self) -> str | None:
+    def privileged(self) -> Problems:
         declared = self.plugin.card.needs
         for case in self.cases:
             if case.reference is None or predict.refusal(self.plugin, case) is not None:
                 continue
             honest = self._context(case)
-            motions = [case.reference]
-            inputs = (
-                case.reference,
-                case.alternative or case.reference,
-                motions,
-                motions,
-                case.source_motion,
-            )
-            named: dict[str, Any] = dict(zip(PRIVILEGED, inputs, strict=True))
-            leaks = {name: value for name, value in named.items() if name not in declared}
+            privileged: dict[str, Any] = {
+                "reference": case.reference,
+                "second_reference": case.alternative or case.reference,
+                "target_motions": [case.reference],
+                "other_clips": [case.reference],
+                "source_motion": case.source_motion,
+            }
+            leaks = {name: value for name, value in privileged.items() if name not in declared}
             answers = [
                 self.plugin.retarget(case.source, case.target, context=context)
                 for context in (honest, replace(honest, **leaks))
             ]
             if difference(*answers) > 0:
-                return "the answer depends on an input of the context that the card's needs does not name"
-        return None
+                yield "the answer depends on an input of the context that the card's needs does not name"
 
     @demand("asked in a batch, if it takes any, it answers as alone")
-    def batch(self) -> str | None:
+    def batch(self) -> Problems:
         method = self.plugin
         if not takes_batches(method):
-            return None
+            return
         cases = [resized(case, frames) for frames in BATCH_FRAMES for case in self.cases]
         alone = [(case, self._ask(case)) for case in cases]
-        known = [(case, outcome.prediction) for case, outcome in alone if outcome.prediction]
-        orders = known, known[::-1], known[::2]
-        return next(filter(None, (self._batch_problem(method, each) for each in orders)), None)
+        answered = [(case, outcome.prediction) for case, outcome in alone if outcome.prediction]
+        orders = answered, answered[::-1], answered[::2]
+        for each in orders:
+            yield from self._batch_problems(method, each)
 
-    def _batch_problem(self, method: BatchMethod, known: Sequence[tuple[Case, Prediction]]) -> str | None:
-        """The first fault of the answers to a batch, compared with those to its cases alone."""
-        pairs = [(case, self._context(case)) for case, _ in known]
+    def _batch_problems(self, method: BatchMethod, alone: Sequence[tuple[Case, Prediction]]) -> Problems:
+        """The faults of the answers to a batch, compared with those to its cases alone."""
+        pairs = [(case, self._context(case)) for case, _ in alone]
         answers = predict.ask_batch(method, pairs)
         if len(answers) != len(pairs):
-            return f"gave {len(answers)} answers to {len(pairs)} cases"
-        for (case, wanted), answer in zip(known, answers, strict=True):
-            given = verified(answer, case)
-            off = float(np.abs(given.positions - wanted.positions).max(initial=0.0)) / case.target.height
+            yield f"gave {len(answers)} answers to {len(pairs)} cases"
+        for (case, expected), answer in zip(alone, answers, strict=True):
+            prediction = verified(answer, case)
+            away = np.abs(prediction.positions - expected.positions).max(initial=0.0)
+            off = float(away) / case.target.height
             if off > BATCH_TOLERANCE:
                 off_by = f"joints are off by up to {off:.3g} heights"
-                return f"{case.info.id}: in a batch of {len(pairs)} {off_by}"
-        return None
+                yield f"{case.info.id}: in a batch of {len(pairs)} {off_by}"
 
     def _ask(self, case: Case, seed: int = 0) -> predict.Outcome:
         return predict.predict(self.plugin, case, self._context(case, seed))
@@ -176,20 +171,20 @@ class MethodTrial(Trial[Method]):
     def _answers(self, cases: Sequence[Case], seed: int = 0) -> list[Prediction | None]:
         return [self._ask(case, seed).prediction for case in cases]
 
-    def _first_problem(self, cases: Sequence[Case]) -> str | None:
-        """The first answer that is neither valid nor a refusal."""
-        bad = ((c, o) for c in cases if (o := self._ask(c)).status not in ("ok", "unsupported"))
-        return next((f"{c.info.id}: {o.status}: {o.message}" for c, o in bad), None)
+    def _problems(self, cases: Sequence[Case]) -> Problems:
+        """The answers that are neither valid nor a refusal."""
+        for case in cases:
+            if (outcome := self._ask(case)).status not in ("ok", "unsupported"):
+                yield f"{case.info.id}: {outcome.status}: {outcome.message}"
 
-    def _first_difference(
+    def _differences(
         self, first: Sequence[Prediction | None], second: Sequence[Prediction | None]
-    ) -> str | None:
+    ) -> Problems:
         for case, a, b in zip(self.cases, first, second, strict=True):
             if (a is None) != (b is None):
-                return f"{case.info.id}: answered once, and once not"
+                yield f"{case.info.id}: answered once, and once not"
             if a is not None and b is not None and (off := difference(a, b)) > 0:
-                return f"{case.info.id}: answers differ by up to {off:.3g}"
-        return None
+                yield f"{case.info.id}: answers differ by up to {off:.3g}"
 
 
 def _by_positions(motion: Source) -> Positions:
@@ -216,23 +211,22 @@ class PostTrial(Trial[Post]):
             yield Check(f"{method.name}+{self.spec.name}: {check.demand}", check.problem)
 
     @demand("its card says what it is and what it takes")
-    def card(self) -> str | None:
+    def card(self) -> Problems:
         card = self.plugin.card
         if not (card.summary and card.version and card.accepts):
-            return "summary, version and accepts must not be empty"
+            yield "summary, version and accepts must not be empty"
         if strange := set(needs(self.plugin)) - {RECONSTRUCTION}:
-            return f"needs {sorted(strange)}; known is {RECONSTRUCTION}"
-        return self.card_fault(card, accepts=KINDS_OF_SOURCE)
+            yield f"needs {sorted(strange)}; known is {RECONSTRUCTION}"
+        yield from self.card_fault(card, accepts=KINDS_OF_SOURCE)
 
     @demand("answers known by positions only are worked on, if the card accepts them")
-    def positions(self) -> str | None:
+    def positions(self) -> Problems:
         method = Composed(_PositionsOnly(), [self.plugin])
-        wanted = {"ok", "unsupported"} if "positions" in self.plugin.card.accepts else {"unsupported"}
+        allowed = {"ok", "unsupported"} if "positions" in self.plugin.card.accepts else {"unsupported"}
         for case in self.cases:
             outcome = predict.predict(method, case, Context(ground=case.ground))
-            if outcome.status not in wanted:
-                return f"{case.info.id}: {outcome.status}: {outcome.message}"
-        return None
+            if outcome.status not in allowed:
+                yield f"{case.info.id}: {outcome.status}: {outcome.message}"
 
 
 class _PositionsOnly:

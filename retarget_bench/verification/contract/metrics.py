@@ -21,14 +21,14 @@ from retarget_bench.api import (
 from retarget_bench.api.comparison import Comparison, vertices
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation import score
-from retarget_bench.evaluation.set_metrics.files import Arrays, collect
+from retarget_bench.evaluation.set_metrics.files import collect
 from retarget_bench.evaluation.tasks.points import points_of
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Motion, PointSets, Positions, Surface
 from retarget_bench.plugins.bound import declared_values
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import Values
-from retarget_bench.verification.contract.common import Trial, changed, demand, sample, snapshot
+from retarget_bench.verification.contract.common import Problems, Trial, demand, sample
 from retarget_bench.verification.rewriting import resized
 
 M = TypeVar("M", Metric, SetMetric)
@@ -50,105 +50,92 @@ class _Scored(Trial[M]):
         self.cases = [case for case in sample(data, LENGTH) if case.reference is not None]
 
     @demand("its card says what every value means")
-    def card(self) -> str | None:
+    def card(self) -> Problems:
         card = self.plugin.card
-        if wrong := self.card_fault(card):
-            return wrong
+        yield from self.card_fault(card)
         if not (card.summary and card.version and card.values):
-            return "summary, version and values must not be empty"
+            yield "summary, version and values must not be empty"
         for value in card.values:
             texts = ("id", "label", "meaning", "unit", "formula", "source")
             if empty := [name for name in texts if not getattr(value, name).strip()]:
-                return f"{value.id or 'a value'} has no {', '.join(empty)}"
+                yield f"{value.id or 'a value'} has no {', '.join(empty)}"
             if value.better not in get_args(Direction):
-                return f"{value.id}: better is {value.better!r}; known are {', '.join(get_args(Direction))}"
+                yield f"{value.id}: better is {value.better!r}; known are {', '.join(get_args(Direction))}"
             if not value.tolerance > 0:
-                return f"{value.id}: the tolerance must be positive"
+                yield f"{value.id}: the tolerance must be positive"
             if value.bounds[0] > value.bounds[1]:
-                return f"{value.id}: least {value.bounds[0]:g} is more than most {value.bounds[1]:g}"
+                yield f"{value.id}: least {value.bounds[0]:g} is more than most {value.bounds[1]:g}"
         declared_values([self.plugin])
-        return None
 
     def measured(self, case: Case, prediction: Prediction) -> Mapping[str, Any]:
         """All that the metric makes of a prediction, by name."""
         raise NotImplementedError
 
     @demand("a clip of one frame is measured or left out")
-    def one_frame(self) -> str | None:
+    def one_frame(self) -> None:
         for case in self.cases:
             short = resized(case, 1)
             self.measured(short, _disturbed(short))
-        return None
 
     @demand("its input is not modified")
-    def input_untouched(self) -> str | None:
+    def input_untouched(self) -> None:
         for case in self.cases:
-            wrong = _disturbed(case)
-            before = snapshot(case=case, prediction=wrong)
-            self.measured(case, wrong)
-            if problem := changed(before, case=case, prediction=wrong):
-                return problem
-        return None
+            self.measured(case, _disturbed(case))  # which cannot be written to
 
     @demand("same input, same numbers")
-    def deterministic(self) -> str | None:
+    def deterministic(self) -> Problems:
         for case in self.cases:
             first, second = (self.measured(case, _disturbed(case)) for _ in range(2))
             for name, number in first.items():
                 if not np.array_equal(number, second.get(name)):  # type: ignore[arg-type]
-                    return f"{case.info.id}: {name} was {number}, then {second.get(name)}"
-        return None
+                    yield f"{case.info.id}: {name} was {number}, then {second.get(name)}"
 
 
 class MetricTrial(_Scored[Metric]):
     """Checks of a metric of single cases."""
 
     @demand("values are finite, declared, within their bounds, and curves where an index is declared")
-    def values(self) -> str | None:
+    def values(self) -> Problems:
         declared = {value.id: value for value in self.plugin.card.computed}
         for case in self.cases:
             wrong = _disturbed(case)
-            found = self.measured(case, wrong)
-            if not found and any(not score.missing(v, case, wrong) for v in self.plugin.card.computed):
-                return f"{case.info.id}: no value at all"
-            for name, number in found.items():
+            values = self.measured(case, wrong)
+            if not values and any(not score.missing(v, case, wrong) for v in self.plugin.card.computed):
+                yield f"{case.info.id}: no value at all"
+            for name, number in values.items():
                 each = number.values() if isinstance(number, Mapping) else [number]
                 if beyond := [one for one in each if not declared[name].allows(one)]:
                     least, most = declared[name].bounds
-                    return f"{name} gave {beyond[0]:g}, outside {least:g} to {most:g}; say least and most"
-        return None
+                    yield f"{name} gave {beyond[0]:g}, outside {least:g} to {most:g}; say least and most"
 
     @demand("the right answer is never worse than a wrong one")
-    def perfect(self) -> str | None:
+    def perfect(self) -> Problems:
         for case in self.cases:
             assert case.reference is not None
             right, wrong = (self.measured(case, each) for each in (case.reference, _disturbed(case)))
             for value in self.plugin.card.values:
                 pair = right.get(value.id), wrong.get(value.id)
                 if "reference" in value.needs and _worse(value, *pair):
-                    return (
+                    yield (
                         f"{value.id}: {pair[0]:.6g} for the reference itself, {pair[1]:.6g} for a wrong one"
                     )
-        return None
 
     @demand("a source known by points and an answer known by vertices are measured or left out")
-    def skins(self) -> str | None:
+    def skins(self) -> None:
         for case in self.cases:
             motion, wrong = case.source, _disturbed(case)
             if not isinstance(motion, Motion) or motion.character.mesh is None:
                 continue
-            asked = replace(case, source=points_of(motion, case.info.id), source_motion=motion)
-            self.measured(asked, wrong)
+            of_points = replace(case, source=points_of(motion, case.info.id), source_motion=motion)
+            self.measured(of_points, wrong)
             if (skin := vertices(wrong, case.target)) is not None:
-                self.measured(asked, case.target.surface(skin, wrong.fps))
-        return None
+                self.measured(of_points, case.target.surface(skin, wrong.fps))
 
     @demand("a prediction known by positions only is measured or left out")
-    def positions(self) -> str | None:
+    def positions(self) -> None:
         for case in self.cases:
             wrong = _disturbed(case)
             self.measured(case, case.target.positions(np.array(wrong.positions), wrong.fps))
-        return None
 
     def measured(self, case: Case, prediction: Prediction) -> Values:
         return score.score([self.plugin], case, prediction).sound()
@@ -169,44 +156,49 @@ class SetMetricTrial(_Scored[SetMetric]):
         return True
 
     @demand("a body either has a network or a reason why not")
-    def networks(self) -> str | None:
+    def networks(self) -> Problems:
         for case in self.all:
             motion = case.reference or case.source
             assert not isinstance(motion, PointSets)
             self.measured(case, motion)
-        return None if self.cases else "applies to no body of the data set it is tried on"
+        if not self.cases:
+            yield "applies to no body of the data set it is tried on"
 
-    def measured(self, case: Case, prediction: Prediction) -> Arrays:
-        arrays, faults = collect([self.plugin], case, prediction)
+    def measured(self, case: Case, prediction: Prediction) -> dict[str, Any]:
+        members, faults = collect([self.plugin], case, prediction)
         score.Scored(faults=faults).sound()
-        return arrays
+        facts = {name: (each.name, each.network, each.reason) for name, each in members.items()}
+        return facts | {
+            f"{name}:{part}": array
+            for name, each in members.items()
+            if each.features
+            for part, array in vars(each.features).items()
+        }
 
     @demand("features of a prediction and of the reference are made alike")
-    def alike(self) -> str | None:
+    def alike(self) -> Problems:
         for case in self.cases:
-            found = self._features(case)
-            if not np.array_equal(found.generated, found.real):
-                return (
+            features = self._features(case)
+            if not np.array_equal(features.generated, features.real):
+                yield (
                     f"{case.info.id}: the reference as a prediction has other features than the reference"
                 )
-            if not len(found.real):
-                return f"{case.info.id}: no window in {LENGTH} frames"
-        return None
+            if not len(features.real):
+                yield f"{case.info.id}: no window in {LENGTH} frames"
 
     @demand("values do not depend on the order of the windows")
-    def order(self) -> str | None:
+    def order(self) -> Problems:
         width = self._features(self.cases[0]).real.shape[1]
         random = np.random.default_rng(7)
         count = max(GROUPS * 5, *(self.plugin.least(value.id) for value in self.plugin.card.values))
         clips = np.array([f"clip {number % GROUPS}" for number in range(count)])
-        real, made = (Sample(random.normal(size=(count, width)), clips) for _ in range(2))
+        real, generated = (Sample(random.normal(size=(count, width)), clips) for _ in range(2))
         mixed = random.permutation(count)
         for value in self.plugin.card.values:
-            straight = self.plugin.value(value.id, real, made)
-            turned = self.plugin.value(value.id, real, Sample(made.features[mixed], clips[mixed]))
+            straight = self.plugin.value(value.id, real, generated)
+            turned = self.plugin.value(value.id, real, Sample(generated.features[mixed], clips[mixed]))
             if not abs(straight - turned) <= 1e-6 * max(abs(straight), 1e-3):
-                return f"{value.id} was {straight}, and {turned} after the windows changed their order"
-        return None
+                yield f"{value.id} was {straight}, and {turned} after the windows changed their order"
 
     def _features(self, case: Case) -> CaseFeatures:
         assert case.reference is not None
@@ -217,8 +209,8 @@ def _worse(value: Value, right: object, wrong: object) -> bool:
     """The right answer's number is worse than the wrong one's. Curves are not compared."""
     if value.better == "none" or not isinstance(right, float) or not isinstance(wrong, float):
         return False
-    ours, theirs = losses(np.array([right, wrong]), value.better, value.goal)
-    return bool(ours > theirs + SLACK * (1 + abs(right)))
+    loss_right, loss_wrong = losses(np.array([right, wrong]), value.better, value.goal)
+    return bool(loss_right > loss_wrong + SLACK * (1 + abs(right)))
 
 
 def _disturbed(case: Case) -> Prediction:

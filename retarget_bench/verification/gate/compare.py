@@ -1,24 +1,26 @@
-"""Comparison of what is measured now with golden rows: facts by name, rows by result matrices."""
+"""Comparison of what is measured now with golden rows: facts by name, numbers of methods by value."""
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import NamedTuple
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 import pandas as pd
 
 from retarget_bench.analysis import statistics
+from retarget_bench.api import CaseInfo
 from retarget_bench.plugins import bound
 from retarget_bench.results import store
 from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.store import Results
-from retarget_bench.verification.gate.golden import CLOUDS, MOTION, PROTOCOL, Measured, flat, parsed
+from retarget_bench.verification.gate.golden import CLOUDS, MOTION, PROTOCOL, Measured, parsed
 
 
 class Status(StrEnum):
-    """How something is not as it was, most severe first."""
+    """How something differs from its golden row, most severe first."""
 
     UNMEASURED = "could not measure"
     FAILING = "newly failing"
@@ -41,6 +43,7 @@ class Tolerance:
         return ~(np.abs(now - golden) <= np.maximum(self.absolute, self.relative * size))
 
     def wider(self, other: "Tolerance") -> "Tolerance":
+        """The larger of either difference."""
         return Tolerance(max(self.absolute, other.absolute), max(self.relative, other.relative))
 
 
@@ -70,11 +73,9 @@ class Criteria:
     worse_only: bool = False
     tolerances: Mapping[str, Tolerance] = field(default_factory=dict)
 
-    def asks(self, value: str) -> bool:
+    def counts(self, value: str) -> bool:
+        """Whether a value may make the check fail."""
         return not self.values or value in self.values
-
-    def tolerance(self, value: str) -> Tolerance | None:
-        return self.tolerances.get(value, self.tolerances.get(""))
 
 
 EVERYTHING = Criteria()
@@ -82,7 +83,7 @@ EVERYTHING = Criteria()
 
 @dataclass(frozen=True)
 class Change:
-    """Something that is not as it was: a fact, or a value of a method on one split.
+    """A difference of a fact, or of a value of a method on one split.
 
     subject: the method, or the part of the facts. where: the split, or the row.
     before, after: the text of a fact, or the mean of a method; None where there is none.
@@ -101,7 +102,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What is not as it was, most severe first, and how many facts and values were compared."""
+    """All differences, most severe first, and the number of facts and values that were compared."""
 
     changes: tuple[Change, ...]
     compared: int
@@ -114,102 +115,93 @@ class Comparison:
         return int(bool(self.changes))
 
 
-def compare(golden: Measured, now: Measured, asked: Criteria = EVERYTHING) -> Comparison:
+def compare(golden: Measured, now: Measured, criteria: Criteria = EVERYTHING) -> Comparison:
     """Golden rows beside what is measured now, which may hold fewer methods. Raises FileError."""
-    stale = Stale.of(golden, now)
-    found: list[Change | None] = [Change(Status.UNMEASURED, why=why) for why in now.missing]
-    found += [
+    stale, changes = _protocol(golden, now)
+    compared: list[Change | None] = [Change(Status.UNMEASURED, why=why) for why in now.missing]
+    compared += [
         Change(Status.UNMEASURED, key, why=why)
         for key, why in now.errors.items()
-        if not any(name.startswith(f"{key.rpartition('/')[0] or key}/") for name in golden.facts)
+        if not any(name.startswith(f"{_row(key)}/") for name in golden.facts)
     ]
-    found += [*stale.changes, *_gone(golden), *_unmeasured(now, asked)]
-    found += _facts(golden, now, asked, stale) if now.complete else ()
-    found += _methods(golden, now, asked, stale)
+    compared += [*changes, *_lost_splits(golden), *_unmeasured_values(now, criteria)]
+    compared += _facts(golden, now, criteria, stale) if now.complete else ()
+    compared += _methods(golden, now, criteria, stale)
     order = list(Status)
-    changes = sorted(filter(None, found), key=lambda each: (order.index(each.status), -each.size))
-    return Comparison(tuple(changes), len(found))
+    changed = sorted(filter(None, compared), key=lambda each: (order.index(each.status), -each.size))
+    return Comparison(tuple(changed), len(compared))
 
 
-def _gone(golden: Measured) -> Iterator[Change]:
+def _lost_splits(golden: Measured) -> Iterator[Change]:
     """The splits that golden facts speak of and golden rows lack."""
-    there = {place.split for place in store.find_results(golden.rows)}
-    for split, told in golden.under("cases").items():
-        if split not in there and told.split()[0] != "0":
+    splits = {paths.split for paths in store.find_results(golden.rows)}
+    for split, listed in golden.under("cases").items():
+        if split not in splits and listed.split()[0] != "0":
             why = "the golden rows of this split are gone; restore them"
             yield Change(Status.UNMEASURED, "golden rows", where=split, why=why)
 
 
-def _unmeasured(now: Measured, asked: Criteria) -> Iterator[Change]:
-    """The values asked for that nothing has that was measured."""
-    if not asked.values:
+def _unmeasured_values(now: Measured, criteria: Criteria) -> Iterator[Change]:
+    """The values that count and that nothing has that was measured."""
+    if not criteria.values:
         return
-    there = {value for part, _, value in map(parsed, now.facts) if part not in PROTOCOL}
-    for place in store.find_results(now.rows):
-        there |= {value for entry in store.read_results(place).entries for value in entry.values}
-    for value in sorted(set(asked.values) - there):
+    measured = {value for part, _, value in map(parsed, now.facts) if part not in PROTOCOL}
+    for paths in store.find_results(now.rows):
+        measured |= {value for value, _ in store.read_results(paths).numbers}
+    for value in sorted(set(criteria.values) - measured):
         why = "not measured of methods; without --methods it is, on frozen motions"
         yield Change(Status.UNMEASURED, value=value, why=why)
 
 
 # ------------------------------------------------------------------------------------------ protocols
-@dataclass(frozen=True)
-class Stale:
-    """What cannot be compared, since what its numbers hang on is not as it was; ``changes`` say what.
-
-    data: all rows of methods. files: names of frozen motions.
-    """
-
-    changes: tuple[Change, ...]
-    data: bool
-    methods: frozenset[str]
-    files: frozenset[str]
-    values: frozenset[str]
-
-    @classmethod
-    def of(cls, golden: Measured, now: Measured) -> "Stale":
-        moved = {}
-        for kind in PROTOCOL:
-            before, after = golden.under(kind), now.under(kind)
-            moved[kind] = {name for name, text in after.items() if before.get(name) != text}
-        other_data = bool(moved["dataset"])
-        metric_of = {name: text.partition(":")[0] for name, text in now.under("value").items()}
-        values = {name for name, metric in metric_of.items() if metric in moved["metric"]} | moved["value"]
-        values |= {f"{name.partition('/')[0]}.features" for name in moved["network"]}
-        hidden = {name for name in moved["value"] if metric_of[name] in moved["metric"]}
-        changes = tuple(
-            _other_list(golden, now, name) if kind == "cases" else _other(golden, now, kind, name)
-            for kind, names in moved.items()
-            for name in sorted(names - hidden)
-            if not (kind == "cases" and other_data)
-        )
-        sets = (frozenset(each) for each in (moved["weights"], moved["file"], values))
-        return cls(changes, other_data, *sets)
+def _protocol(golden: Measured, now: Measured) -> tuple[set[str], list[Change]]:
+    """The names of protocol facts that differ, with all values whose numbers therefore cannot be compared
+    (``value/<id>``); and the changes to report."""
+    kinds = {name: name.partition("/")[0] for name in now.facts}
+    stale = {
+        name
+        for name, text in now.facts.items()
+        if kinds[name] in PROTOCOL and golden.facts.get(name) != text
+    }
+    metrics = {value: text.partition(":")[0] for value, text in now.under("value").items()}
+    of_metrics = {f"value/{value}" for value, metric in metrics.items() if f"metric/{metric}" in stale}
+    features = {f"value/{name.split('/')[1]}.features" for name in stale if kinds[name] == "network"}
+    other_data = _other_data(stale)
+    changes = [
+        _other(golden, now, name)
+        for name in sorted(stale - of_metrics, key=lambda name: (PROTOCOL.index(kinds[name]), name))
+        if not (other_data and kinds[name] == "cases")
+    ]
+    return stale | of_metrics | features, changes
 
 
-def _other(golden: Measured, now: Measured, kind: str, name: str) -> Change:
-    before, after = (each.facts.get(f"{kind}/{name}") for each in (golden, now))
-    why = "there is no golden row yet" if before is None else ""
-    return Change(Status.INCOMPARABLE, f"{kind} {name}", before=before, after=after, why=why)
+def _other_data(stale: Collection[str]) -> bool:
+    return any(name.startswith("dataset/") for name in stale)
 
 
-def _other_list(golden: Measured, now: Measured, split: str) -> Change:
-    """A list of cases that changed although the data set says that its content did not."""
-    before, after = (each.under("cases").get(split, "0 cases") for each in (golden, now))
+def _other(golden: Measured, now: Measured, name: str) -> Change:
+    before, after = golden.facts.get(name), now.facts[name]
+    kind, _, rest = name.partition("/")
+    if kind != "cases":
+        why = "there is no golden row yet" if before is None else ""
+        return Change(Status.INCOMPARABLE, f"{kind} {rest}", before=before, after=after, why=why)
+    before = before or "0 cases"
     fewer = int(after.split()[0]) < int(before.split()[0])
     why = "its list of cases changed though the data set claims to hold what it held"
     status = Status.UNMEASURED if fewer else Status.INCOMPARABLE
-    return Change(status, now.facts["dataset/spec"], "cases", split, before, after, why)
+    return Change(status, now.facts["dataset/spec"], "cases", rest, before, after, why)
 
 
 # ---------------------------------------------------------------------------------------------- facts
-def _facts(golden: Measured, now: Measured, asked: Criteria, stale: Stale) -> Iterator[Change | None]:
+def _facts(
+    golden: Measured, now: Measured, criteria: Criteria, stale: Collection[str]
+) -> Iterator[Change | None]:
     """A change, or None, for every fact of either side that can be compared."""
     for name in sorted(golden.facts.keys() | now.facts.keys()):
         part, row, value = parsed(name)
-        if part in PROTOCOL or not asked.asks(value):
+        if part in PROTOCOL or not criteria.counts(value) or f"value/{value}" in stale:
             continue
-        if not (value in stale.values or (part == MOTION and row.split("/")[0] in stale.files)):
+        if part != MOTION or f"file/{row.split('/')[0]}" not in stale:
             yield _fact(name, golden.facts.get(name), now.facts.get(name), now.errors)
 
 
@@ -218,8 +210,8 @@ def _fact(name: str, old: str | None, new: str | None, errors: Mapping[str, str]
     if old == new:
         return None
     if new is None:
-        told = (why for key, why in errors.items() if name.startswith(key.rpartition("/")[0] or key))
-        return Change(Status.FAILING, part, value, row, old, None, next(told, "no value any more"))
+        reasons = (why for key, why in errors.items() if name.startswith(_row(key)))
+        return Change(Status.FAILING, part, value, row, old, None, next(reasons, "no value any more"))
     if old is None:
         return Change(Status.MOVED, part, value, row, None, new, "a value where there was none")
     before, after = _number(old), _number(new)
@@ -233,65 +225,78 @@ def _fact(name: str, old: str | None, new: str | None, errors: Mapping[str, str]
     return Change(Status.MOVED, part, value, row, before, after, size=_share(before, after))
 
 
+def _row(key: str) -> str:
+    """The row of facts that an error is the reason for: ``<row>/<metric>``, or a part."""
+    return key.rpartition("/")[0] or key
+
+
 def _number(text: str) -> float | None:
     try:
-        found = float(text)
+        number = float(text)
     except ValueError:
         return None
-    return found if math.isfinite(found) else None
+    return number if math.isfinite(number) else None
 
 
 def _share(before: float, after: float, typical: float = 0.0) -> float:
-    """By how much a number moved, as a share of its size."""
-    apart = abs(after - before)
-    return apart / (max(abs(before), typical) or apart or 1.0)
+    """The difference of a number, as a share of its size."""
+    difference = abs(after - before)
+    return difference / (max(abs(before), typical) or difference or 1.0)
 
 
 # -------------------------------------------------------------------------------------------- methods
-def _methods(golden: Measured, now: Measured, asked: Criteria, stale: Stale) -> Iterator[Change | None]:
+@dataclass(frozen=True, eq=False)
+class _Numbers:
+    """The numbers of one value of a method on one split, of the cases that both sides answered.
+
+    points: of a curve; "" of a single number. before, after: ``(cases, points)``, nan where there is none.
+    """
+
+    method: str
+    value: str
+    split: str
+    declared: DeclaredValue
+    limit: Tolerance
+    points: Sequence[str]
+    cases: Sequence[CaseInfo]
+    before: np.ndarray
+    after: np.ndarray
+
+
+def _methods(
+    golden: Measured, now: Measured, criteria: Criteria, stale: Collection[str]
+) -> Iterator[Change | None]:
     """A change, or None, for every value of a method on a split that can be compared."""
-    before, after = (
+    sides = [
         {(each.method, each.split): each for each in store.find_results(side.rows)}
         for side in (golden, now)
-    )
-    declared: dict[str, DeclaredValue] = {}
-    numbers: dict[Name, list[_Number]] = {}
-    learned = set()
+    ]
+    numbers: list[_Numbers] = []
     for spec, weights in now.under("weights").items():
-        known, headers = bound.method(spec).known_as, []
+        method, headers = bound.method(spec).known_as, []
         for split in now.under("cases"):
-            old, new = (
-                store.read_results(there[key]) if (key := (known.slug, split)) in there else None
-                for there in (before, after)
-            )
+            key = method.slug, split
+            old, new = (store.read_results(side[key]) if key in side else None for side in sides)
             headers += [each.header for each in (new, old) if each]
-            if new is None or stale.data or spec in stale.methods:
+            if new is None or _other_data(stale) or f"weights/{spec}" in stale:
                 continue
-            if old is None or old.cases != new.cases:
+            if old is None or old.infos != new.infos:
                 why = "there is no golden row yet" if old is None else "other cases were asked"
-                yield Change(Status.INCOMPARABLE, str(known), where=split, why=why)
+                yield Change(Status.INCOMPARABLE, str(method), where=split, why=why)
                 continue
-            yield _answered(str(known), old.header, new.header)
-            declared |= {**old.header.values, **new.header.values}
-            learned |= {str(known)} if weights else set()
-            for name, number in _numbers(str(known), old, new):
-                numbers.setdefault(name, []).append(number)
+            yield _answered(str(method), old.header, new.header)
+            numbers += _numbers(str(method), old, new, bool(weights))
         if not any(each.counts.ok for each in headers):
             why = next((each.message for header in headers for each in header.problems), "no case")
-            yield Change(Status.UNMEASURED, str(known), why=f"it answers nothing: {why}")
+            yield Change(Status.UNMEASURED, str(method), why=f"it answers nothing: {why}")
     typical = _typical(numbers)
-    for (label, value, split), listed in numbers.items():
-        if asked.asks(value) and value not in stale.values:
-            tolerance = declared[value].tolerance
-            limit = Tolerance(tolerance, RELATIVE)
-            if label in learned:
-                limit = Tolerance(LEARNED.absolute * tolerance, LEARNED.relative)
-            name = label, value, split
-            yield _value(name, listed, limit, typical.get(value, 0.0), declared[value], asked)
+    for each in numbers:
+        if criteria.counts(each.value) and f"value/{each.value}" not in stale:
+            yield _moved(each, typical[each.value], criteria)
 
 
 def _answered(label: str, old: ResultHeader, new: ResultHeader) -> Change | None:
-    """Whether the cases that were answered still are, and those alone."""
+    """A change where other cases are answered than before."""
     name = label, "answered cases", new.split, float(old.counts.ok), float(new.counts.ok)
     if lost := new.unanswered - old.unanswered:
         why = next(each.message for each in new.problems if lost & set(each.cases))
@@ -299,73 +304,63 @@ def _answered(label: str, old: ResultHeader, new: ResultHeader) -> Change | None
     return Change(Status.BETTER, *name) if old.unanswered - new.unanswered else None
 
 
-class _Number(NamedTuple):
-    """A number of a method, as it was and as it is; nan where there is none. point: index of a curve."""
-
-    point: str
-    case: str
-    clip: str
-    before: float
-    after: float
-
-
-Name = tuple[str, str, str]
-"""Label of a method, value id, and split."""
-
-
-def _numbers(label: str, old: Results, new: Results) -> Iterator[tuple[Name, _Number]]:
-    """Every number of the cases that both answered."""
-    before, after = ({entry.case: flat(entry.values) for entry in each.entries} for each in (old, new))
-    for case in sorted(new.cases.keys() - old.header.unanswered - new.header.unanswered):
-        old_row, new_row = before.get(case, {}), after.get(case, {})
-        for column in dict.fromkeys((*old_row, *new_row)):
-            value, _, point = column.partition("@")
-            sides = (each.get(column, math.nan) for each in (old_row, new_row))
-            yield (label, value, new.header.split), _Number(point, case, new.cases[case].clip, *sides)
+def _numbers(method: str, old: Results, new: Results, learned: bool) -> Iterator[_Numbers]:
+    """Every value of the cases that both answered."""
+    unanswered = old.header.unanswered | new.header.unanswered
+    rows = [row for row, info in enumerate(new.infos) if info.id not in unanswered]
+    cases, missing = [new.infos[row] for row in rows], np.full(len(new.infos), np.nan)
+    declared = {**old.header.values, **new.header.values}
+    for value, keys in groupby(sorted({*old.numbers, *new.numbers}), itemgetter(0)):
+        points = [point for _, point in keys]
+        before, after = (
+            np.stack([each.numbers.get((value, point), missing)[rows] for point in points], axis=1)
+            for each in (old, new)
+        )
+        if np.isnan(before).all() and np.isnan(after).all():
+            continue
+        facts, wider = declared[value], LEARNED if learned else Tolerance(1.0, RELATIVE)
+        limit = Tolerance(wider.absolute * facts.tolerance, wider.relative)
+        yield _Numbers(method, value, new.header.split, facts, limit, points, cases, before, after)
 
 
-def _typical(numbers: Mapping[Name, Sequence[_Number]]) -> dict[str, float]:
-    """Value id -> the median size of its golden numbers that are not 0."""
-    sizes: dict[str, list[float]] = {}
-    for (_, value, _), listed in numbers.items():
-        sizes.setdefault(value, []).extend(abs(each.before) for each in listed if abs(each.before) > 0)
-    return {value: float(np.median(each)) for value, each in sizes.items() if each}
+def _typical(numbers: Sequence[_Numbers]) -> dict[str, float]:
+    """Value id -> the median size of its golden numbers that are not 0; 0 where there are none."""
+    sizes: dict[str, list[np.ndarray]] = {}
+    for each in numbers:
+        sizes.setdefault(each.value, []).append(np.abs(each.before[np.abs(each.before) > 0]))
+    flat = {value: np.concatenate(each) for value, each in sizes.items()}
+    return {value: float(np.median(each)) if len(each) else 0.0 for value, each in flat.items()}
 
 
-def _value(
-    name: Name,
-    numbers: Sequence[_Number],
-    limit: Tolerance,
-    typical: float,
-    declared: DeclaredValue,
-    asked: Criteria,
-) -> Change | None:
+def _moved(numbers: _Numbers, typical: float, criteria: Criteria) -> Change | None:
     """One value of a method on one split: every number, or its mean where a tolerance is given for that."""
-    before, after = np.array([(each.before, each.after) for each in numbers]).T
+    before, after, limit = numbers.before, numbers.after, numbers.limit
+    name = numbers.method, numbers.value, numbers.split
+    lacking = np.isnan(before), np.isnan(after)
     for wrong, status, why in (
-        (np.isnan(after), Status.FAILING, "no value any more"),
-        (np.isnan(before), Status.MOVED, "a value where there was none"),
+        (lacking[1] & ~lacking[0], Status.FAILING, "no value any more"),
+        (lacking[0] & ~lacking[1], Status.MOVED, "a value where there was none"),
     ):
         if wrong.any():
-            return Change(status, *name, why=f"{why}: {numbers[int(np.argmax(wrong))].case}")
-    moved = limit.passed(before, after, typical)
+            return Change(status, *name, why=f"{why}: {numbers.cases[int(wrong.any(axis=1).argmax())].id}")
+    moved = limit.passed(before, after, typical) & ~lacking[0]
     if not moved.any():
         return None
+    clips = [info.clip for info in numbers.cases]
     # of clips first, as in tables
-    means = pd.DataFrame(numbers).groupby(["point", "clip"])[["before", "after"]].mean()
-    means = means.groupby("point").mean()
-    if allowed := asked.tolerance(name[1]):
-        passed = limit.wider(allowed).passed(means.before.to_numpy(), means.after.to_numpy(), typical)
-        moved &= np.isin([each.point for each in numbers], means.index[passed])
+    old, new = (pd.DataFrame(each).groupby(clips).mean().mean().to_numpy() for each in (before, after))
+    if allowed := criteria.tolerances.get(numbers.value, criteria.tolerances.get("")):
+        moved &= limit.wider(allowed).passed(old, new, typical)
         if not moved.any():
             return None
-    most = numbers[int(np.argmax(np.where(moved, np.abs(after - before), -1.0)))]
-    mean = float(means.before[most.point]), float(means.after[most.point])
-    status = _direction(declared, *mean)
-    if asked.worse_only and status is not Status.WORSE:
+    row, point = divmod(int(np.where(moved, np.abs(after - before), -1.0).argmax()), moved.shape[1])
+    mean = float(old[point]), float(new[point])
+    status = _direction(numbers.declared, *mean)
+    if criteria.worse_only and status is not Status.WORSE:
         return None
-    where = f"{most.case} {most.point}".rstrip()
-    why = f"{moved.sum()} of {len(numbers)}, most {where}: {most.before:.4g} -> {most.after:.4g}"
+    where = f"{numbers.cases[row].id} {numbers.points[point]}".rstrip()
+    sizes = f"{before[row, point]:.4g} -> {after[row, point]:.4g}"
+    why = f"{moved.sum()} of {(~lacking[0]).sum()}, most {where}: {sizes}"
     return Change(status, *name, *mean, why, _share(*mean, typical))
 
 

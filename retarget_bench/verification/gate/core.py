@@ -1,4 +1,4 @@
-"""Facts of the core on frozen inputs, where no motion and no method would show that they changed.
+"""Facts of the core on frozen inputs, for changes that neither metrics nor methods would show.
 
 BVH files read and written, a body whose hips are not its root, the ground, seeds, the check of answers, and
 a table and a comparison made of frozen rows.
@@ -6,10 +6,11 @@ a table and a comparison made of frozen rows.
 
 import csv
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,22 +32,18 @@ from retarget_bench.verification.gate.golden import MOTIONS, Measured
 INPUTS = "inputs"
 """The folder of frozen inputs, beside the golden rows."""
 
-Rows = Iterator[tuple[str, Mapping[str, float | str]]]
-"""Row -> what is said of it: a number or a text."""
+Rows = Iterator[tuple[str, Mapping[str, Any]]]
+"""Row -> its values: numbers, texts, and curves or sequences of them (``Measured.add``)."""
 
 
-def measure(found: Measured, folder: Path) -> None:
+def measure(now: Measured, folder: Path) -> None:
     """Add the facts of every part. What a part raises is the reason why its facts are lacking."""
     for part, rows in PARTS.items():
         try:
-            for row, said in rows(folder):
-                found.add(f"{part}/{row}", said)
+            for row, facts in rows(folder):
+                now.add(f"{part}/{row}", facts)
         except Exception as error:  # the fault that the gate is there to find
-            found.errors[part] = f"{type(error).__name__}: {error}"
-
-
-def _numbered(name: str, values: Sequence[float | str]) -> dict[str, float | str]:
-    return {f"{name}@{number}": each for number, each in enumerate(values)}
+            now.errors[part] = f"{type(error).__name__}: {error}"
 
 
 # ------------------------------------------------------------------------------------------------ BVH
@@ -63,12 +60,9 @@ def reader(folder: Path) -> Rows:
         yield (
             path.stem,
             {
-                **{
-                    f"away@{name}": float(each)
-                    for name, each in zip(read.skeleton.names, away, strict=True)
-                },
-                **{f"root@{axis}": float(each) for axis, each in zip("xyz", read.root[-1], strict=True)},
-                **_numbered("bone", read.skeleton.bone_lengths.tolist()),
+                "away": dict(zip(read.skeleton.names, away, strict=True)),
+                "root": dict(zip("xyz", read.root[-1], strict=True)),
+                "bone": read.skeleton.bone_lengths,
                 "fps": read.fps,
             },
         )
@@ -89,14 +83,9 @@ def writer(folder: Path) -> Rows:
             bvh.write(path, motion, order=order, scale=100.0)
             again = bvh.read(path, root="absolute", scale=0.01, fold=False)
             head = path.read_text(encoding="utf-8").split("MOTION")[0].split("\n")
-            yield (
-                order,
-                {
-                    **_numbered("line", [" ".join(line.split()) for line in head if line.strip()]),
-                    "away": float(np.round(_away(motion.rotations, again.rotations).max(), 7)),
-                    "root": float(np.round(np.abs(motion.root - again.root).max(), 7)),
-                },
-            )
+            away, root = _away(motion.rotations, again.rotations), np.abs(motion.root - again.root)
+            lines = [" ".join(line.split()) for line in head if line.strip()]
+            yield order, {"line": lines, "away": np.round(away.max(), 7), "root": np.round(root.max(), 7)}
 
 
 # --------------------------------------------------------------------------------------------- a body
@@ -115,14 +104,14 @@ def body(folder: Path) -> Rows:
     """Sizes, roles, tips and reference pose of that body, and the path of its hips."""
     motion = low_hips(folder)
     character, skeleton = motion.character, motion.skeleton
-    yield "sizes", {name: float(each) for name, each in vars(character.measures).items()}
+    yield "sizes", vars(character.measures)
     yield "height", {"height": character.height}
-    yield "hips", _numbered("path", transfer.hips(motion).ravel().tolist())
+    yield "hips", {"path": transfer.hips(motion)}
     for site in skeleton.end_sites:
-        yield f"tip of {skeleton.names[site.parent]}", _numbered("offset", list(site.offset))
+        yield f"tip of {skeleton.names[site.parent]}", {"offset": site.offset}
     for name, role, pose in zip(skeleton.names, character.roles, character.reference_pose, strict=True):
         # q and -q turn alike
-        yield name, {"role": role or "none", **_numbered("pose", (pose * np.sign(pose[0] or 1.0)).tolist())}
+        yield name, {"role": role or "none", "pose": pose * np.sign(pose[0] or 1.0)}
 
 
 # ---------------------------------------------------------------------------------------------- floor
@@ -133,15 +122,14 @@ PLACES = {"sample": (-0.9, 0.9), "between": (0.1, 0.35), "edge": (1.7, 0.1), "be
 def floor(_: Path) -> Rows:
     """The height of the floor at places on, between and beyond its samples."""
     for name, (x, z) in PLACES.items():
-        height = ground.ground_height(frozen.UNEVEN, np.array(x), np.array(z))
-        yield name, {"height": float(height)}
+        yield name, {"height": float(ground.ground_height(frozen.UNEVEN, np.array(x), np.array(z)))}
 
 
 # ---------------------------------------------------------------------------------------------- seeds
 def seeds(_: Path) -> Rows:
     """The seeds of cases, each with one thing other than the first, to the last digit."""
-    asked = {"first": (0, "one", "a>b/1"), "base": (1, "one", "a>b/1"), "method": (0, "two", "a>b/1")}
-    for name, facts in (asked | {"case": (0, "one", "a>b/2")}).items():
+    inputs = {"first": (0, "one", "a>b/1"), "base": (1, "one", "a>b/1"), "method": (0, "two", "a>b/1")}
+    for name, facts in (inputs | {"case": (0, "one", "a>b/2")}).items():
         yield name, {"seed": f"seed {store.case_seed(*facts)}"}
 
 
@@ -193,49 +181,43 @@ def table(folder: Path) -> Rows:
     """A table and a comparison of frozen rows, as files give them back: numbers, marks, and their text."""
     written = store.find_results(folder / INPUTS / RESULTS)
     # of bodies of one kind, so that the value of sets is a column with marks
-    found = [replace(each, bodies=TWO_LEGS) for each in summary.split_summaries(written)]
-    made = builder.tables(found, (*VALUES, DISTANCE))
+    summaries = [replace(each, bodies=TWO_LEGS) for each in summary.split_summaries(written)]
+    tables = builder.tables(summaries, (*VALUES, DISTANCE))
     matrices = [each for each in result_matrix.result_matrices(written) if each.split == INTRA]
     compared = [
         each
         for first, values in (("best", VALUES[:1]), ("near", VALUES))
         for each in comparing.compare(matrices, first, "far", values)
     ]
-    (section,) = (each for each in found if each.split == INTRA)
-    for group in (group for each in made for group in each.groups if group.split == INTRA):
+    (section,) = (each for each in summaries if each.split == INTRA)
+    for group in (group for each in tables for group in each.groups if group.split == INTRA):
         for row in group.rows:
             for column, cell in zip(group.columns, row.cells, strict=True):
                 ends = (cell.interval.low, cell.interval.high) if cell.interval else (None, None)
                 ranking = section.rankings.get(column.id)
                 p = ranking.p.get(row.label) if ranking else None
                 numbers = {"mean": cell.value, "low": ends[0], "high": ends[1], "place": cell.place, "p": p}
-                columns = {name: float(each) for name, each in numbers.items() if each is not None}
-                yield f"{row.label} {column.id}", {**columns, "mark": float(list(MARKS).index(cell.mark))}
-        yield "floors", _numbered("floor", [said for said in group.below if said.startswith("Floor")])
+                columns = {name: each for name, each in numbers.items() if each is not None}
+                yield f"{row.label} {column.id}", {**columns, "mark": list(MARKS).index(cell.mark)}
+        yield "floors", {"floor": [note for note in group.below if note.startswith("Floor")]}
     for both in compared:
         for each in both.differences:
             yield f"{both.first}, {both.second} {each.value}", _difference(each)
-    yield "text", _drawn(rendering.text(made, intervals=True))
+    yield "text", _drawn(rendering.text(tables, intervals=True))
     yield "comparison", _drawn(pairwise_text.text(compared, 100))
-    yield "default columns", _numbered("id", builder.DEFAULT_COLUMNS)
-    yield "first table", _numbered("id", builder.OVERVIEW_COLUMNS)
+    yield "default columns", {"id": builder.DEFAULT_COLUMNS}
+    yield "first table", {"id": builder.OVERVIEW_COLUMNS}
 
 
-def _difference(one: Difference) -> dict[str, float | str]:
-    facts = {name: getattr(one, name) for name in ("difference", "p", "adjusted", "cases", "clips")}
+def _difference(one: Difference) -> dict[str, Any]:
+    facts = ("difference", "p", "adjusted", "cases", "clips", "won", "verdict")
     between = [one.interval.low, one.interval.high] if one.interval else []
-    return {
-        **facts,
-        **_numbered("interval", between),
-        **_numbered("won", one.won),
-        "verdict": one.verdict,
-    }
+    return {name: getattr(one, name) for name in facts} | {"interval": between}
 
 
-def _drawn(text: str) -> dict[str, float | str]:
+def _drawn(text: str) -> dict[str, list[str]]:
     """The lines of the paragraphs with numbers; sentences around them may change."""
-    paragraphs = (each.splitlines() for each in text.split("\n\n") if "↓" in each)
-    return _numbered("line", [line for each in paragraphs for line in each])
+    return {"line": [line for each in text.split("\n\n") if "↓" in each for line in each.splitlines()]}
 
 
 PARTS: Mapping[str, Callable[[Path], Rows]] = {

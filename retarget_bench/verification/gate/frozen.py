@@ -26,16 +26,16 @@ from retarget_bench.api.optional import is_set_metric
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.evaluation import score
 from retarget_bench.motion import character, measures, motion, rotation, skeleton
-from retarget_bench.results.store import read_npz
-from retarget_bench.verification.gate.golden import CLOUDS, MOTION, MOTIONS, Measured, flat
+from retarget_bench.results.store import Values, read_npz
+from retarget_bench.verification.gate.golden import CLOUDS, MOTION, MOTIONS, Measured
 from retarget_bench.verification.rewriting import played
 
 SCHEMA = 1
-KNOWN = {
-    name: made
+DATACLASSES = {
+    name: cls
     for module in (api, character, motion, skeleton)
-    for name, made in vars(module).items()
-    if isinstance(made, type) and is_dataclass(made)
+    for name, cls in vars(module).items()
+    if isinstance(cls, type) and is_dataclass(cls)
 }
 """Name -> dataclass that a file may hold."""
 
@@ -55,7 +55,8 @@ class FrozenCase:
 
 # ---------------------------------------------------------------------------------------------- files
 def read(path: Path) -> FrozenCase:
-    """Raises FileError where the file is missing, damaged, from a newer version or something else."""
+    """The content of a file. Raises FileError where it is missing, damaged, from a newer version or
+    something else."""
     problem = "is not a file of frozen motions, or is damaged"
     arrays = read_npz(path, problem)
     try:
@@ -74,32 +75,32 @@ def read(path: Path) -> FrozenCase:
         raise FileError(path, f"holds something that this version cannot build: {error}") from error
 
 
-def _unpacked(packed: Any, arrays: Mapping[str, np.ndarray], made: list[Any]) -> Any:
-    """The object of a part of a file. ``made``: the dataclasses of the file so far."""
+def _unpacked(packed: Any, arrays: Mapping[str, np.ndarray], objects: list[Any]) -> Any:
+    """The object of a part of a file. objects: the dataclasses of the file so far."""
     if not isinstance(packed, dict):
         return packed
     if "same" in packed:
-        return made[packed["same"]]
+        return objects[packed["same"]]
     if "array" in packed:
         array = arrays[packed["array"]]
         return array.astype(np.float64) if array.dtype == np.float32 else array
     if "mapping" in packed:
-        return {key: _unpacked(value, arrays, made) for key, value in packed["mapping"].items()}
+        return {key: _unpacked(value, arrays, objects) for key, value in packed["mapping"].items()}
     if "tuple" in packed:
-        return tuple(_unpacked(each, arrays, made) for each in packed["tuple"])
-    inside = {name: _unpacked(value, arrays, made) for name, value in packed["fields"].items()}
+        return tuple(_unpacked(each, arrays, objects) for each in packed["tuple"])
+    inside = {name: _unpacked(value, arrays, objects) for name, value in packed["fields"].items()}
     if packed["is"] == "Character":
         parts = (inside[name] for name in ("skeleton", "roles", "reference_pose"))
         inside["measures"] = measures.measure(*parts)
     if packed["is"] == "Motion":
         inside["rotations"] = rotation.normalise(inside["rotations"])
-    made.append(KNOWN[packed["is"]](**inside))
-    return made[-1]
+    objects.append(DATACLASSES[packed["is"]](**inside))
+    return objects[-1]
 
 
 # ------------------------------------------------------------------------------------------ measuring
 def measure(
-    found: Measured,
+    now: Measured,
     folder: Path,
     metrics: Sequence[Metric | SetMetric],
     progress: Callable[[int, int], None],
@@ -107,32 +108,35 @@ def measure(
     """Add every value of every metric on every frozen motion. Raises FileError."""
     paths = sorted((folder / MOTIONS).glob("*.npz"))
     if not paths:
-        found.missing.append(f"{folder / MOTIONS} has no frozen motion")
+        now.missing.append(f"{folder / MOTIONS} has no frozen motion")
     of_sets = [metric for metric in metrics if is_set_metric(metric)]
     of_cases: list[Metric] = [metric for metric in metrics if not is_set_metric(metric)]  # type: ignore[misc]
     for done, path in enumerate(paths, 1):
         held = read(path)
-        found.facts[f"file/{path.stem}"] = hashlib.sha256(path.read_bytes()).hexdigest()[:8]
+        now.facts[f"file/{path.stem}"] = hashlib.sha256(path.read_bytes()).hexdigest()[:8]
         for metric in of_sets:
-            _add_network(found, metric, held.case)
-        for name, case, prediction in _asked(held):
+            with suppress(NotSupported):  # nothing makes its features on this body
+                body = held.case.target
+                network = f"network/{metric.card.name}/{body.structure}"
+                now.facts[network] = str(metric.network(body))
+        for name, case, prediction in _questions(held):
             row = f"{MOTION}/{name}"
             scored = score.score(of_cases, case, prediction)
-            found.add(row, flat(scored.values))
-            found.errors |= {f"{row}/{metric}": why for metric, why in scored.faults.items()}
+            now.add(row, scored.values)
+            now.errors |= {f"{row}/{metric}": why for metric, why in scored.faults.items()}
             for metric in of_sets:
-                _keep(found, row, metric, partial(set_features, metric, case, prediction))
+                _keep(now, row, metric, partial(set_features, metric, case, prediction))
         progress(done, len(paths))
     for metric in of_sets:
         for row in ROWS:
-            _keep(found, f"{CLOUDS}/{row}", metric, partial(set_values, metric, row))
+            _keep(now, f"{CLOUDS}/{row}", metric, partial(set_values, metric, row))
 
 
-def _keep(found: Measured, row: str, metric: SetMetric, columns: Callable[[], Mapping[str, float]]) -> None:
+def _keep(now: Measured, row: str, metric: SetMetric, values: Callable[[], Mapping[str, Any]]) -> None:
     try:
-        found.add(row, columns())
+        now.add(row, values())
     except Exception as error:  # a metric's own fault is a finding, not the end
-        found.errors[f"{row}/{metric.card.name}"] = f"{type(error).__name__}: {error}"
+        now.errors[f"{row}/{metric.card.name}"] = f"{type(error).__name__}: {error}"
 
 
 RATES = (24.0, 60.0, 120.0)
@@ -142,18 +146,18 @@ NEARLY_STILL = {"cross_hands": (14.8, 15.6)}
 UNEVEN = Ground(
     heights=np.array([[0.0, 0.04, -0.03], [0.07, 0.01, 0.05]]), origin=(-0.9, -0.4), spacing=1.3
 )
-"""Metres; whoever walks there treads between its samples."""
+"""Metres; feet tread between its samples."""
 
 
-def _asked(frozen: FrozenCase) -> Iterator[tuple[str, Case, Prediction]]:
+def _questions(frozen: FrozenCase) -> Iterator[tuple[str, Case, Prediction]]:
     """Every prediction with its case; one of them also without labels, without any right answer, at other
     rates and on uneven ground."""
     for name, prediction in frozen.predictions.items():
         yield f"{frozen.name}/{name}", frozen.case, prediction
     name, prediction = next(iter(frozen.predictions.items()))
     yield f"{frozen.name}/{name}, no labels", replace(frozen.case, contacts=None), prediction
-    known = {each.name: None for each in fields(Case) if each.default is None}
-    yield f"{frozen.name}/{name}, no answer", replace(frozen.case, **known), prediction  # type: ignore[arg-type]
+    unknown = {each.name: None for each in fields(Case) if each.default is None}
+    yield f"{frozen.name}/{name}, no answer", replace(frozen.case, **unknown), prediction  # type: ignore[arg-type]
     yield f"{frozen.name}/{name}, uneven", replace(frozen.case, ground=UNEVEN), prediction
     for fps in (*RATES, *NEARLY_STILL.get(frozen.name, ())):
         yield f"{frozen.name}/{name}, {fps:g} fps", played(frozen.case, fps), replace(prediction, fps=fps)
@@ -163,13 +167,6 @@ def _asked(frozen: FrozenCase) -> Iterator[tuple[str, Case, Prediction]]:
 WINDOWS, FEATURES, CLIPS = 240, 16, 24
 """Size of the clouds: enough for every value to be defined, few enough to take no time."""
 ROWS = ("one way", "the other", "three quarters of one")
-
-
-def _add_network(found: Measured, metric: SetMetric, case: Case) -> None:
-    """The hash of what makes the metric's features on the body of a case, where anything does."""
-    with suppress(NotSupported):
-        name = f"network/{metric.card.name}/{case.target.structure}"
-        found.facts[name] = str(metric.network(case.target))
 
 
 def clouds() -> tuple[Sample, Sample]:
@@ -186,11 +183,11 @@ def set_values(metric: SetMetric, row: str) -> dict[str, float]:
     make from the whole; undefined ones are left out."""
     real, generated = reversed(clouds()) if row == ROWS[1] else clouds()
     real = real.part(np.arange(WINDOWS * 3 // 4)) if row == ROWS[2] else real
-    found = {value.id: metric.value(value.id, real, generated) for value in metric.card.values}
-    return {key: float(each) for key, each in found.items() if math.isfinite(each)}
+    values = {value.id: metric.value(value.id, real, generated) for value in metric.card.values}
+    return {key: float(each) for key, each in values.items() if math.isfinite(each)}
 
 
-def set_features(metric: SetMetric, case: Case, prediction: Prediction) -> dict[str, float]:
+def set_features(metric: SetMetric, case: Case, prediction: Prediction) -> Values:
     """Sums over the features of a frozen motion, weighted so that their order counts.
 
     Empty where there is no network for the body, no right answer, or no window in the motion.
@@ -198,15 +195,15 @@ def set_features(metric: SetMetric, case: Case, prediction: Prediction) -> dict[
     if case.reference is None:
         return {}
     try:
-        found = metric.features(Comparison(case, prediction))
+        features = metric.features(Comparison(case, prediction))
     except NotSupported:
         return {}
-    if not len(found.generated):
+    if not len(features.generated):
         return {}
-    weights = np.arange(1, found.generated.shape[1] + 1) / found.generated.shape[1]
+    weights = np.arange(1, features.generated.shape[1] + 1) / features.generated.shape[1]
     sums = {
-        "generated": np.asarray(found.generated, dtype=np.float64) @ weights,
-        "real": np.asarray(found.real, dtype=np.float64) @ weights,
-        "speed": np.asarray(found.speed, dtype=np.float64),
+        "generated": np.asarray(features.generated, dtype=np.float64) @ weights,
+        "real": np.asarray(features.real, dtype=np.float64) @ weights,
+        "speed": np.asarray(features.speed, dtype=np.float64),
     }
-    return {f"{metric.card.name}.features@{name}": float(each.mean()) for name, each in sums.items()}
+    return {f"{metric.card.name}.features": {name: float(each.mean()) for name, each in sums.items()}}

@@ -11,12 +11,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 import retarget_bench
 from retarget_bench.errors import FileError
 from retarget_bench.files import write_csv
 from retarget_bench.results import store
-from retarget_bench.results.store import Values
 
 FACTS, ROWS, MOTIONS, LOG = "facts.csv", "rows", "frozen", "CHANGES.md"
 FIELDS = ("fact", "value")
@@ -52,10 +54,17 @@ class Measured:
             name.partition("/")[2]: text for name, text in self.facts.items() if name.startswith(f"{kind}/")
         }
 
-    def add(self, row: str, numbers: Mapping[str, float | str]) -> None:
-        """Add facts of one row; numbers with 13 significant digits."""
-        for key, each in numbers.items():
-            self.facts[f"{row}/{key}"] = each if isinstance(each, str) else f"{each:.13g}"
+    def add(self, row: str, values: Mapping[str, Any]) -> None:
+        """Add facts of one row: texts, numbers with 13 significant digits, and curves or sequences of
+        them as ``<value>@<index>``."""
+        for value, each in values.items():
+            if isinstance(each, np.ndarray | list | tuple):
+                each = dict(enumerate(np.ravel(each).tolist()))
+            points = {value: each}
+            if isinstance(each, Mapping):
+                points = {f"{value}@{index}": one for index, one in each.items()}
+            for name, one in points.items():
+                self.facts[f"{row}/{name}"] = one if isinstance(one, str) else f"{one:.13g}"
 
 
 def built_in() -> Path:
@@ -79,7 +88,7 @@ def read(folder: Path) -> Measured:
     return Measured(folder / ROWS, facts)
 
 
-def accept(folder: Path, found: Measured, line: str) -> Path:
+def accept(folder: Path, now: Measured, line: str) -> Path:
     """Replace the golden rows, and log one line; all or nothing. Returns the log's path.
 
     The log of this repository's own rows lies beside their folder, that of any other inside it. Raises
@@ -95,8 +104,8 @@ def accept(folder: Path, found: Measured, line: str) -> Path:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".golden-", dir=folder.parent) as beside:
             fresh = Path(beside)
-            write_csv(fresh / FACTS, FIELDS, sorted(found.facts.items()))
-            shutil.copytree(found.rows, fresh / ROWS)
+            write_csv(fresh / FACTS, FIELDS, sorted(now.facts.items()))
+            shutil.copytree(now.rows, fresh / ROWS)
             day = datetime.now(UTC).date().isoformat()
             (fresh / LOG).write_text(f"{old}- {day}: {line}\n", encoding="utf-8", newline="\n")
             folder.mkdir(exist_ok=True)  # all is written; from here on files are renamed only
@@ -114,12 +123,3 @@ def parsed(name: str) -> tuple[str, str, str]:
     row, _, column = name.rpartition("/")
     part, _, where = row.partition("/")
     return part, where, column.split("@", 1)[0]
-
-
-def flat(values: Values) -> dict[str, float]:
-    """Values as columns: a value's id, or ``<id>@<index>`` of a curve."""
-    found: dict[str, float] = {}
-    for value_id, value in values.items():
-        curve = value if isinstance(value, Mapping) else None
-        found |= {value_id: value} if curve is None else {f"{value_id}@{k}": v for k, v in curve.items()}  # type: ignore[dict-item]
-    return found

@@ -33,7 +33,7 @@ STRUCTURES, OTHERS = 10, 1
 
 
 # ---------------------------------------------------------------------------------------------- cases
-def asked_before(golden: Measured) -> dict[str, list[str]]:
+def golden_cases(golden: Measured) -> dict[str, list[str]]:
     """Split -> the ids of the cases of golden rows."""
     places = {place.split: place for place in store.find_results(golden.rows)}
     return {
@@ -43,7 +43,7 @@ def asked_before(golden: Measured) -> dict[str, list[str]]:
 
 
 def choose(data: Dataset, infos: Sequence[CaseInfo]) -> list[CaseInfo]:
-    """A few cases, each the one that shows most of what the others do not; short ones where it is equal."""
+    """A few cases, each with the most new structures, bodies and kinds; of equal ones the shortest."""
     bodies = data.characters()
 
     def marks(info: CaseInfo) -> set[tuple[str, str]]:
@@ -67,43 +67,43 @@ def choose(data: Dataset, infos: Sequence[CaseInfo]) -> list[CaseInfo]:
     return sorted(chosen, key=lambda info: info.id)
 
 
-def _cases(found: Measured, data: BoundDataset, golden: Measured) -> dict[str, Sequence[CaseInfo]]:
+def _cases(now: Measured, data: BoundDataset, golden: Measured) -> dict[str, Sequence[CaseInfo]]:
     """Split -> the cases of the golden rows, unless the data set says itself that it holds something else
     now; then those chosen by rule. Adds the facts of the data set."""
     content = data.built.content
-    found.facts |= {"dataset/spec": str(Spec(data.spec.name, data.parameters)), "dataset/content": content}
+    now.facts |= {"dataset/spec": str(Spec(data.spec.name, data.parameters)), "dataset/content": content}
     listed = {split: data.built.cases(TASK, split) for split in data.built.card.splits}
     for split, infos in listed.items():
         hash_ = digest("\n".join(info.id for info in infos))
-        found.facts[f"cases/{split}"] = f"{len(infos)} cases, {hash_}"
+        now.facts[f"cases/{split}"] = f"{len(infos)} cases, {hash_}"
     if golden.facts.get("dataset/content") != content:
         return {split: choose(data.built, infos) for split, infos in listed.items()}
-    asked: dict[str, Sequence[CaseInfo]] = {}
-    for split, ids in asked_before(golden).items():
-        known = {info.id: info for info in listed.get(split, ())}
-        asked[split] = [known[case] for case in ids if case in known]
-        if lost := [case for case in ids if case not in known]:
-            gone = f"{len(lost)} of the cases of {split}, {lost[0]} first"
-            found.missing.append(f"{data.spec} has no longer {gone}")
-    return asked
+    chosen: dict[str, Sequence[CaseInfo]] = {}
+    for split, ids in golden_cases(golden).items():
+        available = {info.id: info for info in listed.get(split, ())}
+        chosen[split] = [available[case] for case in ids if case in available]
+        if lost := [case for case in ids if case not in available]:
+            missing = f"{len(lost)} of the cases of {split}, {lost[0]} first"
+            now.missing.append(f"{data.spec} has no longer {missing}")
+    return chosen
 
 
 # -------------------------------------------------------------------------------------------- methods
 def default_methods() -> list[str]:
     """Labels of the built-in methods that take part in a plain run and are deterministic, variants too."""
-    found = []
+    labels = []
     for name, method in registry.working("methods")[0].items():
         card = optional.method_card(method)
         if registry.find("methods", name).origin != registry.BUILT_IN:
             continue
         if card.default and TASK in card.tasks and not card.stochastic:
             variants = [Spec(name, changes) for changes in card.variants]
-            found += [str(registry.canonical("methods", spec)) for spec in (Spec(name), *variants)]
-    return found
+            labels += [str(registry.canonical("methods", spec)) for spec in (Spec(name), *variants)]
+    return labels
 
 
 def measure(
-    found: Measured,
+    now: Measured,
     golden: Measured,
     data: BoundDataset,
     labels: Sequence[str],
@@ -114,43 +114,43 @@ def measure(
 
     metrics: names, none of sets.
     """
-    asked = _cases(found, data, golden)
-    if not any(asked.values()):
-        found.missing.append(f"{data.spec} has no case to ask methods")
+    cases_of = _cases(now, data, golden)
+    if not any(cases_of.values()):
+        now.missing.append(f"{data.spec} has no case to ask methods")
     methods: dict[str, BoundMethod] = {}
     known = golden.under("weights")
     for label in labels:
         try:
             method = bound.method(registry.canonical("methods", label))
-            found.facts[f"weights/{method.spec}"] = optional.weights_hash(method.built)
+            now.facts[f"weights/{method.spec}"] = optional.weights_hash(method.built)
             methods[str(method.spec)] = method
         except BenchError as error:
-            gone = "; if it is gone for good, remove its line from " + FACTS
-            found.missing.append(f"{error}{gone if label in known else ''}")
-    loaded = {split: _loaded(found, data.built, infos) for split, infos in asked.items()}
+            hint = "; if it is gone for good, remove its line from " + FACTS
+            now.missing.append(f"{error}{hint if label in known else ''}")
+    loaded = {split: _loaded(now, data.built, infos) for split, infos in cases_of.items()}
     cases = [case for each in loaded.values() for case in each]
     for done, method in enumerate(methods.values(), 1):
-        plan = Plan((method.spec,), (data.spec,), metrics=metrics, out=found.rows)
+        plan = Plan((method.spec,), (data.spec,), metrics=metrics, out=now.rows)
         units = [EvaluationUnit(plan, data, split, method) for split, each in loaded.items() if each]
         entries = _entries(units[0], cases) if units else {}
         for unit in units:
-            infos = asked[unit.split]
-            mine = [entries[info.id] for info in infos]
-            store.write_results(unit.paths, _header(unit, mine), mine, infos)
+            infos = cases_of[unit.split]
+            results = [entries[info.id] for info in infos]
+            store.write_results(unit.paths, _header(unit, results), results, infos)
         progress(done, len(methods))
 
 
-def _loaded(found: Measured, data: Dataset, infos: Sequence[CaseInfo]) -> list[Case]:
+def _loaded(now: Measured, data: Dataset, infos: Sequence[CaseInfo]) -> list[Case]:
     """The cases; none where one of them cannot be loaded."""
     try:
         return [data.load(info) for info in infos]
     except Exception as error:  # whatever a data set does wrong, the gate could not do its work
-        found.missing.append(f"a case cannot be loaded: {type(error).__name__}: {error}")
+        now.missing.append(f"a case cannot be loaded: {type(error).__name__}: {error}")
         return []
 
 
 def _entries(unit: EvaluationUnit, cases: Sequence[Case]) -> dict[str, CaseResult]:
-    """What a method gives for cases of any split, asked at once where it can be, scored as in any run."""
+    """The results of a method on cases of any split, asked at once where possible, scored as in any run."""
     method, metrics = unit.method.built, unit.metrics.of_cases
     seeds = [store.case_seed(0, str(unit.known_as), case.info.id) for case in cases]
     contexts = [
@@ -158,27 +158,22 @@ def _entries(unit: EvaluationUnit, cases: Sequence[Case]) -> dict[str, CaseResul
         for case, seed in zip(cases, seeds, strict=True)
     ]
     # values per joint are left to frozen motions
-    kept = {k for k, each in bound.declared_values(metrics).items() if each.index not in ARRAY_INDICES}
+    stored = {k for k, each in bound.declared_values(metrics).items() if each.index not in ARRAY_INDICES}
     entries = {}
     for case, outcome in zip(cases, stage_one.predict_all(method, cases, contexts), strict=True):
         entry = entries[case.info.id] = CaseResult(case.info.id, outcome.status, outcome.message)
         if outcome.prediction is not None:
             try:
                 values = score(metrics, case, stage_one.as_scored(outcome.prediction)).sound()
-                entry.values = {key: each for key, each in values.items() if key in kept}
+                entry.values = {key: each for key, each in values.items() if key in stored}
             except Exception as error:  # a metric's fault costs the row here, so that it is seen
                 entry.status, entry.message = "failed", f"{type(error).__name__}: {error}"
     return entries
 
 
 def _header(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHeader:
-    """What tables need to know of a unit, and nothing that is another whenever and wherever it is made."""
+    """The header of a unit: what tables need to know, and nothing that varies with time and place."""
     card, trained = unit.method.card, optional.method_manifest(unit.method.built)
-    declared = {
-        value.id: DeclaredValue.of(value, metric.card.name)
-        for metric in unit.metrics.of_cases
-        for value in metric.card.computed
-    }
     problems = (Problem(status=e.status, message=e.message, cases=(e.case,)) for e in entries)
     return ResultHeader(
         keys={},
@@ -196,8 +191,11 @@ def _header(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHeader
         metrics={metric.card.name: str(metric.card.version) for metric in unit.metrics.of_cases},
         values={
             # the prose of values is that of the installed metrics
-            key: replace(each, meaning="", formula="", protocol={})
-            for key, each in declared.items()
+            value.id: replace(
+                DeclaredValue.of(value, metric.card.name), meaning="", formula="", protocol={}
+            )
+            for metric in unit.metrics.of_cases
+            for value in metric.card.computed
         },
         counts=Counts.of(entry.status for entry in entries),
         problems=tuple(each for each in problems if each.status != "ok"),

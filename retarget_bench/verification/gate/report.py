@@ -1,5 +1,6 @@
-"""Report of a check: one table of what is not as it was, as text, and as Markdown for a pull request."""
+"""Report of a check: one table of all changes, as text, and as Markdown for a pull request."""
 
+import html
 from collections.abc import Sequence
 
 from retarget_bench.tables.builder import DEFAULT_COLUMNS
@@ -16,53 +17,43 @@ VERDICTS = (
 )
 
 
-def text(found: Comparison, everything: bool = False) -> str:
+def text(comparison: Comparison, everything: bool = False) -> str:
     """The report for a terminal. everything: a line per change."""
-    rows, rest = _rows(found, everything)
-    sizes = [max(map(len, column)) for column in zip(HEADS, *rows, strict=True)]
-    lines = [
-        "  ".join(f"{cell:<{size}}" for cell, size in zip(row, sizes, strict=True)).rstrip()
-        for row in ((HEADS, *rows) if rows else ())
-    ]
-    return "\n".join([*lines, *rest, _counts(found), VERDICTS[found.verdict]])
+    rows, rest = _rows(comparison, everything)
+    sizes = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ["  ".join(map(str.ljust, row, sizes)).rstrip() for row in rows]
+    return "\n".join([*lines, *rest, _counts(comparison), VERDICTS[comparison.verdict]])
 
 
-def markdown(found: Comparison) -> str:
+def markdown(comparison: Comparison) -> str:
     """The report for ``GITHUB_STEP_SUMMARY`` or a comment."""
-    rows, rest = _rows(found)
-    verdict = ("same", "moved", "could not measure")[found.verdict]
-    lines = [f"| {' | '.join(map(_cell, row))} |" for row in ((HEADS, *rows) if rows else ())]
+    rows, rest = _rows(comparison)
+    verdict = ("same", "moved", "could not measure")[comparison.verdict]
+    cells = [
+        [html.escape(cell, quote=False).replace("|", "\\|").replace("\n", " ") for cell in row]
+        for row in rows
+    ]
+    lines = [f"| {' | '.join(row)} |" for row in cells]
     lines[1:1] = [f"|{'---|' * len(HEADS)}"] if lines else []
-    return "\n".join(
-        [
-            f"### bench check: {verdict}",
-            "",
-            *lines,
-            "",
-            *rest,
-            _counts(found),
-            "",
-            VERDICTS[found.verdict],
-            "",
-        ]
-    )
+    foot = [_counts(comparison), "", VERDICTS[comparison.verdict], ""]
+    return "\n".join([f"### bench check: {verdict}", "", *lines, "", *rest, *foot])
 
 
-def _counts(found: Comparison) -> str:
-    moved = len(found.changes)
-    return f"{found.compared} compared: {found.compared - moved} same, {moved} not."
+def _counts(comparison: Comparison) -> str:
+    moved = len(comparison.changes)
+    return f"{comparison.compared} compared: {comparison.compared - moved} same, {moved} not."
 
 
-def _rows(found: Comparison, everything: bool = False) -> tuple[list[Sequence[str]], list[str]]:
-    """The cells of the lines that are shown, and a sentence about the others.
+def _rows(comparison: Comparison, everything: bool = False) -> tuple[list[Sequence[str]], list[str]]:
+    """The cells of the lines that are shown, a heading first, and a sentence about the others.
 
     A change moves many values that say the same, so a line is a family of values (the part of the id before
     the dot) of one subject: the value that moved most. Default columns come first.
     """
     if everything:
-        return [_cells([each]) for each in found.changes], []
+        return _headed([_cells([each]) for each in comparison.changes]), []
     subjects: dict[tuple[Status, str], dict[str, list[Change]]] = {}
-    for each in found.changes:
+    for each in comparison.changes:
         families = subjects.setdefault((each.status, each.subject), {})
         families.setdefault(each.value.split(".")[0] or each.why, []).append(each)
     rows, left = [], 0
@@ -70,7 +61,11 @@ def _rows(found: Comparison, everything: bool = False) -> tuple[list[Sequence[st
         ordered = sorted(families.values(), key=lambda changes: changes[0].value not in DEFAULT_COLUMNS)
         rows += [_cells(changes) for changes in ordered[:MOST]]
         left += sum(map(len, ordered[MOST:]))
-    return rows, [f"and {left} more (--all shows them)"] if left else []
+    return _headed(rows), [f"and {left} more (--all shows them)"] if left else []
+
+
+def _headed(rows: list[Sequence[str]]) -> list[Sequence[str]]:
+    return [HEADS, *rows] if rows else []
 
 
 def _cells(changes: Sequence[Change]) -> Sequence[str]:
@@ -81,8 +76,3 @@ def _cells(changes: Sequence[Change]) -> Sequence[str]:
 
 def _number(value: float | str | None) -> str:
     return "" if value is None else value if isinstance(value, str) else f"{value:.6g}"
-
-
-def _cell(said: str) -> str:
-    plain = said.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
-    return plain.replace("|", "\\|").replace("\n", " ")

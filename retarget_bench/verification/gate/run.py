@@ -26,9 +26,9 @@ def check(
     progress: Progress,
     *,
     accept: bool = False,
-    asked: Criteria = EVERYTHING,
+    criteria: Criteria = EVERYTHING,
 ) -> tuple[Comparison, Measured]:
-    """Measure, and compare with the golden rows in ``folder``, by what is asked for.
+    """Measure, and compare with the golden rows in ``folder``, by these criteria.
 
     scratch: an empty folder for the rows of methods. methods: labels; none: those of the golden rows.
     dataset: None: that of the golden rows. accept: all that the golden rows hold is measured besides, and
@@ -47,81 +47,75 @@ def check(
     complete = before.complete or (fresh and not labels)
     labels += before.under("weights") if everything else ()
     labels += method_rows.default_methods() if complete and accept else ()
-    found = Measured(scratch / golden.ROWS)
+    now = Measured(scratch / golden.ROWS)
     # golden rows of one's own methods leave metrics alone that they do not know
-    metrics = built_metrics(own_metrics() if complete or accept else [*before.under("metric")], found)
+    metrics = built_metrics(own_metrics() if complete or accept else [*before.under("metric")], now)
     if complete and everything:
         # the frozen motions beside the golden rows where these have some, else those of the package
         own = (folder / golden.MOTIONS).is_dir()
-        measure_frozen(found, folder if own else golden.built_in(), metrics, progress)
+        measure_frozen(now, folder if own else golden.built_in(), metrics, progress)
     data = bound.dataset(dataset or Spec.parse(before.facts.get("dataset/spec", defaults.DATASET)))
     scoring = tuple(metric.card.name for metric in metrics if not is_set_metric(metric))
-    method_rows.measure(found, before, data, list(dict.fromkeys(labels)), scoring, progress)
-    return compare.compare(before, found, asked), found
+    method_rows.measure(now, before, data, list(dict.fromkeys(labels)), scoring, progress)
+    return compare.compare(before, now, criteria), now
 
 
 def measure_frozen(
-    found: Measured, folder: Path, metrics: Sequence[Metric | SetMetric], progress: Progress
+    now: Measured, folder: Path, metrics: Sequence[Metric | SetMetric], progress: Progress
 ) -> None:
-    """Add what metrics say of frozen motions, and the core of frozen inputs."""
+    """Add the values of frozen motions, and the facts of the core on frozen inputs."""
     try:
-        frozen.measure(found, folder, metrics, progress)
-        core.measure(found, folder)
+        frozen.measure(now, folder, metrics, progress)
+        core.measure(now, folder)
     except BenchError as error:
-        found.missing.append(str(error))
+        now.missing.append(str(error))
 
 
-def accept(folder: Path, found: Comparison, now: Measured, because: str) -> Path:
+def accept(folder: Path, comparison: Comparison, now: Measured, because: str) -> Path:
     """Make what was measured the golden rows, and log it. Returns the log's path.
 
     Raises BenchError, and then nothing has changed.
     """
-    if found.verdict == 2:
+    if comparison.verdict == 2:
         raise BenchError("nothing was accepted: something could not be measured")
-    counted = Counter((each.subject, str(each.status)) for each in found.changes).most_common(8)
+    counted = Counter((each.subject, str(each.status)) for each in comparison.changes).most_common(8)
     moved = ", ".join(f"{subject} ({number} {status})" for (subject, status), number in counted)
     return golden.accept(folder, now, f"{moved}. Because: {' '.join(because.split())}")
 
 
 # -------------------------------------------------------------------------------------------- metrics
-def built_metrics(names: Sequence[str], found: Measured) -> tuple[Metric | SetMetric, ...]:
-    """The metrics that can be built, which are declared; the others are missing."""
-    kept: list[Metric | SetMetric] = []
+def built_metrics(names: Sequence[str], now: Measured) -> tuple[Metric | SetMetric, ...]:
+    """The metrics of retargeting that can be built, with their protocol facts; those that cannot be built
+    are missing."""
+    metrics: list[Metric | SetMetric] = []
     for name in names:
         try:
             metric = registry.create("metrics", name)
-            declared_values([*kept, metric])
+            if method_rows.TASK not in metric_tasks(metric):
+                continue
+            declared_values([*metrics, metric])
         except BenchError as error:
-            found.missing.append(str(error))
+            now.missing.append(str(error))
             continue
-        kept.append(metric)
-        declare(found, metric)
-    return tuple(kept)
+        metrics.append(metric)
+        declare(now, metric)
+    return tuple(metrics)
 
 
-def declare(found: Measured, metric: Metric | SetMetric) -> None:
-    """Add what the numbers of a metric hang on: its version, and what it declares of its values."""
+def declare(now: Measured, metric: Metric | SetMetric) -> None:
+    """Add the protocol facts of a metric: its version, and the declarations of its values."""
     name = metric.card.name
-    found.facts[f"metric/{name}"] = f"version {metric.card.version}"
+    now.facts[f"metric/{name}"] = f"version {metric.card.version}"
     for value in metric.card.computed:
         pooled = ", with self pairs" if value.with_self else ""
         index = f", per {value.index}" if value.index else ""
-        found.facts[f"value/{value.id}"] = (
+        now.facts[f"value/{value.id}"] = (
             f"{name}: unit {value.unit}, better {value.better}, goal {value.goal:g}, tolerance "
             f"{value.tolerance:g}{index}{pooled}"
         )
 
 
 def own_metrics() -> list[str]:
-    """The built-in metrics and those of plug-ins' files; what else is installed does not matter, nor do
-    those of derived tasks, which no case here is of."""
+    """The built-in metrics and those of plug-ins' files; other installed ones do not count."""
     own = (registry.BUILT_IN, *(path for path, _ in registry.files()))
-    return [e.name for e in registry.names("metrics") if e.origin in own and _retargets(e.name)]
-
-
-def _retargets(name: str) -> bool:
-    """True for a metric of retargeting; one that cannot be built counts, so that it is reported."""
-    try:
-        return method_rows.TASK in metric_tasks(registry.create("metrics", name))
-    except BenchError:
-        return True
+    return [entry.name for entry in registry.names("metrics") if entry.origin in own]

@@ -1,1 +1,1 @@
-"""Questions of ``bench test --probes``, rewritten so that the change of the answer is known."""
+"""Probes of ``bench test --probes``: questions rewritten so that the change of the answer is known."""

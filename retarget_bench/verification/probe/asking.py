@@ -1,64 +1,143 @@
-"""Asking one method all probes on a few cases of a data set, or on two BVH files."""
+"""Asking one method all probes on a few cases."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import combinations
+from typing import cast
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction, Source
+from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
 from retarget_bench.api.optional import method_card
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.predict import Outcome, predict
 from retarget_bench.motion import rotation
+from retarget_bench.motion.body import UP
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, kind_of
+from retarget_bench.motion.roles import ancestors
 from retarget_bench.results import store
-from retarget_bench.verification.probe.probes import PROBES, Probe, ProbeCase, deviation
+from retarget_bench.verification.probe.probes import PROBES, Probe, deviation
 
-FEWEST = 4
-"""Motions without which a correlation says nothing."""
+RATE = 30.0
+"""Frames per second of the plain questions."""
+FEWEST, MOST = 4, 12
+"""Motions that are compared with each other: a correlation of fewer says nothing."""
+NOT_ASKED = "not asked"
+"""Status of a probe that has no question for a case."""
 _STILL = 1e-9
 
-Bones = Sequence[tuple[str, str]]
-"""Roles of the two ends of lines on a body."""
+
+@dataclass(frozen=True)
+class Reply:
+    """The outcome of one question about a case.
+
+    probe:  its id; "" for the plain question, and of the dependence on sources the name of its number.
+    status: of the answer, or ``NOT_ASKED``. message: why there is no number.
+    number: the deviation, or that of the dependence.
+    """
+
+    info: CaseInfo
+    probe: str
+    status: str = "ok"
+    message: str = ""
+    number: float | None = None
 
 
-def pose_distance(a: np.ndarray, b: np.ndarray) -> float:
-    """Mean distance of directions ``(frames, bones, 3)``, over the frames that both have: 0 to 2."""
-    frames = min(len(a), len(b))
-    return float(np.linalg.norm(a[:frames] - b[:frames], axis=-1).mean())
+# ------------------------------------------------------------------------------------- which cases
+def plain(case: Case) -> Case | str:
+    """The question of a case at 30 frames per second, or why there is none."""
+    motion = case.source
+    if not isinstance(motion, Motion):
+        return f"the source is known by {kind_of(motion)} only; probes need rotations"
+    return Case(case.info, motion if motion.fps == RATE else motion.resample(RATE), case.target)
 
 
-def poses(motion: Prediction, bones: Bones) -> np.ndarray:
-    """``(frames, bones, 3)`` unit vectors along the bones, turned so that the hips face one way."""
-    joint, places = motion.character.joint_of, motion.positions
-    lines = np.stack([places[:, joint[end]] - places[:, joint[start]] for start, end in bones], axis=1)
-    lines /= np.maximum(np.linalg.norm(lines, axis=-1, keepdims=True), _STILL)
-    if not {"left_up_leg", "right_up_leg"} <= joint.keys():
-        return lines
-    across = places[:, joint["left_up_leg"]] - places[:, joint["right_up_leg"]]
-    # the hips face across x up = (-across z, 0, across x)
-    yaw = np.arctan2(-across[:, 2], across[:, 0])
-    return rotation.rotate(rotation.about(np.array([0.0, 1.0, 0.0]), -yaw[:, None]), lines)
+def groups_of(infos: Sequence[CaseInfo], structure: Mapping[str, str]) -> list[list[CaseInfo]]:
+    """Cases whose sources are of one structure, one per clip, at most ``MOST`` evenly chosen, where there
+    are enough. structure: by character."""
+    clips: dict[str, dict[str, CaseInfo]] = {}
+    for info in infos:
+        clips.setdefault(structure[info.source], {}).setdefault(info.clip, info)
+    enough = [list(alike.values()) for alike in clips.values() if len(alike) >= FEWEST]
+    return [spread({"": listed}, min(MOST, len(listed))) for listed in enough]
 
 
-def shared_bones(characters: Sequence[Character]) -> Bones:
-    """Lines between joints whose roles all bodies have: from each to the next one above it in the first."""
-    first = characters[0]
-    shared = {role for role in first.joint_of if all(role in each.joint_of for each in characters)}
-    bones = []
-    for role in sorted(shared):
-        above = int(first.skeleton.parents[first.joint_of[role]])
-        while above >= 0 and first.roles[above] not in shared:
-            above = int(first.skeleton.parents[above])
-        if above >= 0:
-            bones.append((str(first.roles[above]), role))
-    return bones
+def spread(infos: Mapping[str, Sequence[CaseInfo]], number: int) -> list[CaseInfo]:
+    """``number`` cases, evenly from the splits given and from beginning to end of each."""
+    chosen: list[CaseInfo] = []
+    share = -(-number // max(len(infos), 1))
+    for listed in infos.values():
+        most = min(share, len(listed), number - len(chosen))
+        chosen += [listed[(2 * k + 1) * len(listed) // (2 * most)] for k in range(most)]
+    return chosen
 
 
-def dependence(sources: Sequence[Prediction], answers: Sequence[Prediction]) -> dict[str, float]:
-    """Dependence of the answers of one target on their sources.
+# ------------------------------------------------------------------------------------- questions
+def ask(
+    method: Method,
+    label: str,
+    cases: Sequence[Case],
+    groups: Sequence[Sequence[Case]] = (),
+    probes: Sequence[Probe] = PROBES,
+    progress: Callable[[], object] = lambda: None,
+) -> list[Reply]:
+    """Every probe on every plain case; whatever the method does wrong costs its number and no other.
+
+    label:  the name that seeds are drawn for. Every question about a case has the same seed.
+    groups: cases of like bodies in different clips, whose sources are all given to the first one's target,
+            to see whether answers depend on them.
+    Raises BenchError for a method that needs what probes do not have (references, other clips).
+    """
+    if needs := method_card(method).needs:
+        raise BenchError(
+            f"{label} is given {', '.join(n.replace('_', ' ') for n in needs)}, which a rewritten question "
+            "does not have; only methods that see source and target alone can be probed"
+        )
+
+    def answer(info: CaseInfo, source: Motion, target: Character) -> Outcome:
+        seed = store.case_seed(0, label, info.id)
+        return predict(method, Case(info, source, target), Context(seed=seed))
+
+    replies = []
+    for case in cases:
+        replies += _replies(answer, case, probes)
+        progress()
+    for group in groups:
+        pairs: list[tuple[Prediction, Prediction]] = []
+        for case in group:
+            source = cast(Motion, case.source)
+            if prediction := answer(case.info, source, group[0].target).prediction:
+                pairs.append((source, prediction))
+        replies += [Reply(group[0].info, name, number=n) for name, n in dependence(pairs).items()]
+    return replies
+
+
+def _replies(
+    answer: Callable[[CaseInfo, Motion, Character], Outcome], case: Case, probes: Sequence[Probe]
+) -> list[Reply]:
+    """The plain question and, where it is answered, every probe."""
+    info, source, target = case.info, cast(Motion, case.source), case.target
+    first = answer(info, source, target)
+    replies = [Reply(info, "", first.status, first.message)]
+    for probe in probes if first.prediction else ():
+        question = probe.ask(source, target)
+        if isinstance(question, str):
+            replies.append(Reply(info, probe.id, NOT_ASKED, question))
+            continue
+        plainly = first if question.plain is source else answer(info, question.plain, target)
+        new = answer(info, question.source, question.target) if plainly.prediction else plainly
+        number = None
+        if plainly.prediction and new.prediction:
+            positions = new.prediction.positions, plainly.prediction.positions
+            number = deviation(question, *positions, target.height)
+        replies.append(Reply(info, probe.id, new.status, new.message, number))
+    return replies
+
+
+# ------------------------------------------------------------------------------------- dependence
+def dependence(pairs: Sequence[tuple[Prediction, Prediction]]) -> dict[str, float]:
+    """Dependence of the answers of one target on their sources, from pairs of source and answer.
 
     A faithful method keeps distances: its answers are as like each other as their sources are. Answers of a
     method that does not look at its source are all alike, or unlike for other reasons.
@@ -71,144 +150,52 @@ def dependence(sources: Sequence[Prediction], answers: Sequence[Prediction]) -> 
     Distances are of the directions of bones, facing one way: path, size and proportions do not count.
     Left out for fewer than four motions, or without bones in common.
     """
-    target = answers[0].character if answers else None
-    if target is None or len(answers) < FEWEST:
+    if len(pairs) < FEWEST:
         return {}
-    bones = shared_bones([target, *(each.character for each in sources)])
+    sources, answers = zip(*pairs, strict=True)
+    bones = shared_bones([answers[0].character, *(each.character for each in sources)])
     if not bones:
         return {}
-    ours, theirs = ([poses(each, bones) for each in side] for side in (sources, answers))
-    pairs = list(combinations(range(len(ours)), 2))
-    before, after = (np.array([pose_distance(p[i], p[j]) for i, j in pairs]) for p in (ours, theirs))
+    poses = [[directions(each, bones) for each in side] for side in (sources, answers)]
+    two = list(combinations(range(len(pairs)), 2))
+    before, after = (np.array([pose_distance(side[i], side[j]) for i, j in two]) for side in poses)
     varied = before.std() > _STILL and after.std() > _STILL
-    found = {"correlation": float(np.corrcoef(before, after)[0, 1]) if varied else 0.0}
-    asked, moved = (
-        np.mean([pose_distance(p[i], p[(i + 1) % len(p)]) for i in range(len(p))]) for p in (ours, theirs)
+    numbers = {"correlation": float(np.corrcoef(before, after)[0, 1]) if varied else 0.0}
+    moved = [
+        np.mean([pose_distance(*both) for both in zip(side, [*side[1:], side[0]], strict=True)])
+        for side in poses
+    ]
+    return numbers | ({"shuffled": float(moved[1] / moved[0])} if moved[0] > _STILL else {})
+
+
+def shared_bones(characters: Sequence[Character]) -> list[tuple[str, str]]:
+    """Lines between joints whose roles all bodies have: from each to the next one above it in the first,
+    as the roles of both ends."""
+    first = characters[0]
+    shared = set.intersection(*(set(each.joint_of) for each in characters))
+    bones = []
+    for role in sorted(shared):
+        above = (first.roles[joint] for joint in ancestors(first.skeleton, first.joint_of[role]))
+        bones += [(start, role) for start in above if start in shared][:1]
+    return bones
+
+
+def directions(motion: Prediction, bones: Sequence[tuple[str, str]]) -> np.ndarray:
+    """``(frames, bones, 3)`` unit vectors along the bones, turned so that the hips face one way."""
+    joint, positions = motion.character.joint_of, motion.positions
+    lines = np.stack(
+        [positions[:, joint[end]] - positions[:, joint[start]] for start, end in bones], axis=1
     )
-    return found | ({"shuffled": float(moved / asked)} if asked > _STILL else {})
+    lines /= np.maximum(np.linalg.norm(lines, axis=-1, keepdims=True), _STILL)
+    if not {"left_up_leg", "right_up_leg"} <= joint.keys():
+        return lines
+    across = positions[:, joint["left_up_leg"]] - positions[:, joint["right_up_leg"]]
+    # the hips face across x up = (-across z, 0, across x)
+    yaw = np.arctan2(-across[:, 2], across[:, 0])
+    return rotation.rotate(rotation.about(UP, -yaw[:, None]), lines)
 
 
-RATE = 30.0
-"""Frames per second of the plain questions."""
-MOST = 12
-"""Motions that are compared with each other."""
-Progress = Callable[[], object]
-
-
-@dataclass(frozen=True)
-class Subject:
-    """One plain question and what it is called."""
-
-    info: CaseInfo
-    question: ProbeCase
-
-
-@dataclass
-class Reply:
-    """The answers about one subject: deviations by probe id, and sentences for probes without one.
-
-    failed:  probe id -> why there is no answer to the rewritten question though there is one to the plain.
-    refused: probe id -> why the method does not take the rewritten question, in its own words: no fault.
-    """
-
-    subject: Subject
-    status: str = "ok"
-    message: str = ""
-    deviations: dict[str, float] = field(default_factory=dict)
-    skipped: dict[str, str] = field(default_factory=dict)
-    failed: dict[str, str] = field(default_factory=dict)
-    refused: dict[str, str] = field(default_factory=dict)
-    dependence: dict[str, float] = field(default_factory=dict)
-
-
-def subject(info: CaseInfo, source: Source, target: Character) -> Subject | str:
-    """A plain question at 30 frames per second, or why there is none."""
-    if not isinstance(source, Motion):
-        return f"the source is known by {kind_of(source)} only; probes need rotations"
-    return Subject(info, ProbeCase(source if source.fps == RATE else source.resample(RATE), target))
-
-
-def ask(
-    method: Method,
-    label: str,
-    subjects: Sequence[Subject],
-    groups: Sequence[Sequence[Subject]] = (),
-    probes: Sequence[Probe] = PROBES,
-    progress: Progress = lambda: None,
-) -> list[Reply]:
-    """Every probe on every subject; whatever the method does wrong costs its value and no other.
-
-    label:  what seeds are drawn for. Every question of a subject has the same seed.
-    groups: subjects of like bodies in different clips, whose sources are all given to the first one's
-            target, to see whether answers depend on them.
-    Raises BenchError for a method that needs what probes do not have (references, other clips).
-    """
-    if needs := method_card(method).needs:
-        raise BenchError(
-            f"{label} is given {', '.join(n.replace('_', ' ') for n in needs)}, which a rewritten question "
-            "does not have; only methods that see source and target alone can be probed"
-        )
-    replies = []
-    for each in subjects:
-        replies.append(_ask(method, label, each, probes))
-        progress()
-    return replies + [_dependence(method, label, group) for group in groups]
-
-
-def _answer(method: Method, label: str, info: CaseInfo, question: ProbeCase) -> Outcome:
-    case = Case(info, question.source, question.target)
-    return predict(method, case, Context(seed=store.case_seed(0, label, info.id)))
-
-
-def _ask(method: Method, label: str, about: Subject, probes: Sequence[Probe]) -> Reply:
-    first = _answer(method, label, about.info, about.question)
-    reply = Reply(about, first.status, first.message)
-    for probe in probes if first.prediction else ():
-        asked = probe.ask(about.question)
-        if isinstance(asked, str):
-            reply.skipped[probe.id] = asked
-            continue
-        plain = first
-        if asked.plain is not about.question:
-            plain = _answer(method, label, about.info, asked.plain)
-        new = _answer(method, label, about.info, asked.question) if plain.prediction else plain
-        if plain.prediction and new.prediction:
-            places = new.prediction.positions, plain.prediction.positions
-            reply.deviations[probe.id] = deviation(asked, *places)
-        elif new.status == "unsupported":
-            reply.refused[probe.id] = new.message
-        else:
-            reply.failed[probe.id] = f"{new.status}: {new.message}"
-    return reply
-
-
-def _dependence(method: Method, label: str, group: Sequence[Subject]) -> Reply:
-    """Dependence of the answers of one target on the sources of a group, as reply of its first subject."""
-    target = group[0].question.target
-    sources, answers = [], []
-    for each in group:
-        question = ProbeCase(each.question.source, target)
-        if answer := _answer(method, label, each.info, question).prediction:
-            sources.append(question.source)
-            answers.append(answer)
-    return Reply(group[0], dependence=dependence(sources, answers))
-
-
-def groups_of(infos: Sequence[CaseInfo], structure: Mapping[str, str]) -> list[list[CaseInfo]]:
-    """Cases whose sources are of one structure, one per clip, at most ``MOST`` evenly chosen, where there
-    are enough. structure: by character."""
-    found: dict[str, dict[str, CaseInfo]] = {}
-    for info in infos:
-        found.setdefault(structure[info.source], {}).setdefault(info.clip, info)
-    enough = [list(clips.values()) for clips in found.values() if len(clips) >= FEWEST]
-    return [spread({"": listed}, min(MOST, len(listed))) for listed in enough]
-
-
-def spread(infos: Mapping[str, Sequence[CaseInfo]], number: int) -> list[CaseInfo]:
-    """``number`` cases, evenly from the splits given and from beginning to end of each."""
-    chosen: list[CaseInfo] = []
-    share = -(-number // max(len(infos), 1))
-    for listed in infos.values():
-        most = min(share, len(listed), number - len(chosen))
-        chosen += [listed[(2 * k + 1) * len(listed) // (2 * most)] for k in range(most)]
-    return chosen
+def pose_distance(a: np.ndarray, b: np.ndarray) -> float:
+    """Mean distance of directions ``(frames, bones, 3)``, over the frames that both have: 0 to 2."""
+    frames = min(len(a), len(b))
+    return float(np.linalg.norm(a[:frames] - b[:frames], axis=-1).mean())

@@ -1,7 +1,7 @@
 """The probes: each writes a question differently and says what the answer must then be.
 
-A probe gives a question and a way to bring the new answer back to where the plain answer lies. The
-deviation is the mean distance between the two over frames and joints, in per cent of the target's height.
+A probe gives a question, and the difference of its answer from the plain answer, brought back to where that
+lies. The deviation is its mean length over frames and joints, in per cent of the target's height.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,9 @@ from functools import partial
 import numpy as np
 
 from retarget_bench.motion import rotation
+from retarget_bench.motion.body import UP
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.editing import rigid
 from retarget_bench.motion.motion import Motion
 from retarget_bench.verification import rewriting
 from retarget_bench.verification.rewriting import Rewritten
@@ -24,27 +26,22 @@ CENTIMETRES = 100.0
 TURN = 2.0
 """Radians by which the whole motion is turned."""
 
-Places = np.ndarray
-"""``(frames, joints, 3)`` metres."""
-Alignment = Callable[[Places, Places], tuple[Places, Places]]
-"""(new answer, plain answer) -> both where they must be equal."""
+Difference = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Positions ``(frames, joints, 3)`` of the new answer and of the plain one -> what the one is off by."""
 
 
 @dataclass(frozen=True)
-class ProbeCase:
-    """A motion, and the body that shall perform it."""
+class Question:
+    """A question written differently.
+
+    difference: of the new answer from the plain one, brought to where they must be equal.
+    plain:      the source whose answer, on the plain target, is compared with.
+    """
 
     source: Motion
     target: Character
-
-
-@dataclass(frozen=True)
-class ProbeQuestion:
-    """plain: the question whose answer is compared with (mostly the question itself)."""
-
-    question: ProbeCase
-    bring: Alignment
-    plain: ProbeCase
+    difference: Difference
+    plain: Motion
 
 
 @dataclass(frozen=True)
@@ -53,7 +50,7 @@ class Probe:
 
     id:       ``source_names``, ...
     meaning:  what is changed, and what must come of it.
-    ask:      the question, or a sentence that says why it cannot be asked.
+    ask:      source and target -> the question, or a sentence that says why it cannot be asked.
     heading:  of its column; "": the id in words.
     demanded: whether every sound method passes; else the deviation is a description (a method that only
               looks back in time need not be symmetric in time).
@@ -62,18 +59,10 @@ class Probe:
 
     id: str
     meaning: str
-    ask: Callable[[ProbeCase], ProbeQuestion | str]
+    ask: Callable[[Motion, Character], Question | str]
     heading: str = ""
     demanded: bool = True
     tolerance: float = 0.01
-
-    @property
-    def label(self) -> str:
-        return self.heading or self.id.replace("_", " ")
-
-
-def _same(new: Places, plain: Places) -> tuple[Places, Places]:
-    return new, plain
 
 
 Rewrite = Callable[[Character], Rewritten | str]
@@ -81,61 +70,62 @@ Rewrite = Callable[[Character], Rewritten | str]
 
 
 def _rewritten(
-    q: ProbeCase, source: Rewrite = Rewritten, target: Rewrite = Rewritten
-) -> ProbeQuestion | str:
+    motion: Motion, target: Character, of_source: Rewrite = Rewritten, of_target: Rewrite = Rewritten
+) -> Question | str:
     """The question with source, target or both written differently."""
-    performer, body = source(q.source.character), target(q.target)
+    performer, body = of_source(motion.character), of_target(target)
     if isinstance(performer, str):
         return performer.format(side="source")
     if isinstance(body, str):
         return body.format(side="target")
-    asked = ProbeCase(performer.motion(q.source), body.body)
-    return ProbeQuestion(asked, lambda new, plain: (body.positions(new), plain), q)
+    return Question(
+        performer.motion(motion), body.body, lambda new, plain: body.positions(new) - plain, motion
+    )
 
 
-def _moved_source(
-    rewritten: Callable[[Motion], Motion], bring: Alignment
-) -> Callable[[ProbeCase], ProbeQuestion]:
-    """The question with another source of the same body."""
-    return lambda q: ProbeQuestion(ProbeCase(rewritten(q.source), q.target), bring, q)
-
-
-def _source_merged(q: ProbeCase) -> ProbeQuestion | str:
-    joint = rewriting.mergeable(q.source.character)
+def _merged(motion: Motion, target: Character) -> Question | str:
+    joint = rewriting.mergeable(motion.character)
     if joint is None:
         return "the source's spine has fewer than three joints"
-    stiff = rewriting.stiffened(q.source, joint)
-    plain = ProbeCase(stiff, q.target)
-    return ProbeQuestion(ProbeCase(rewriting.merged(stiff, joint), q.target), _same, plain)
+    stiff = rewriting.stiffened(motion, joint)
+    without = rewriting.merged(motion.character, joint)
+    return Question(without.motion(stiff), target, np.subtract, stiff)
 
 
-def _moved_back(new: Places, plain: Places) -> tuple[Places, Places]:
+def _shifted(motion: Motion, target: Character) -> Question:
     """The answer must move by one constant on the floor: how far is the root rule's choice."""
-    moved = (new - plain).mean(axis=(0, 1)) * np.array([1.0, 0.0, 1.0])
-    return new - moved, plain
+
+    def but_for_a_constant(new: np.ndarray, plain: np.ndarray) -> np.ndarray:
+        moved = (new - plain).mean(axis=(0, 1)) * np.array([1.0, 0.0, 1.0])
+        return new - moved - plain
+
+    return Question(replace(motion, root=motion.root + SHIFT), target, but_for_a_constant, motion)
 
 
-def _turned_back(new: Places, plain: Places) -> tuple[Places, Places]:
-    return rotation.rotate(rotation.about(np.array([0.0, 1.0, 0.0]), -TURN), new), plain
+def _turned(motion: Motion, target: Character) -> Question:
+    source, back = rigid.moved(motion, TURN, np.zeros(3), np.zeros(3)), rotation.about(UP, -TURN)
+    return Question(source, target, lambda new, plain: rotation.rotate(back, new) - plain, motion)
 
 
-# --------------------------------------------------------------------------------------- time
-def _rate(q: ProbeCase, rate: float) -> ProbeQuestion | str:
-    if q.source.frames < 6:
+def _reversed(motion: Motion, target: Character) -> Question:
+    source = motion.at(slice(None, None, -1))
+    return Question(source, target, lambda new, plain: new[::-1] - plain, motion)
+
+
+def _at_rate(motion: Motion, target: Character, rate: float) -> Question | str:
+    if motion.frames < 6:
         return "the clip has fewer than six frames"
-    source = q.source.resample(rate)
-    times = np.arange(q.source.frames) / q.source.fps
+    source = motion.resample(rate)
+    times = np.arange(motion.frames) / motion.fps
     frames = np.round(times * rate).astype(int)
-    # only moments that both rates show: between them nobody knows the source
-    both = (np.abs(frames / rate - times) < 1e-6) & (frames < source.frames)
-    ours = np.flatnonzero(both)
-    asked = ProbeCase(source, q.target)
-    return ProbeQuestion(asked, lambda new, plain: (new[frames[ours]], plain[ours]), q)
+    # only moments that both rates show: between them the source is unknown
+    shared = np.flatnonzero((np.abs(frames / rate - times) < 1e-6) & (frames < source.frames))
+    return Question(source, target, lambda new, plain: new[frames[shared]] - plain[shared], motion)
 
 
 def _on_each_side(name: str, meaning: str, rewrite: Rewrite) -> tuple[Probe, Probe]:
     """Two probes: the source written differently, and the target. meaning: with ``{side}`` in it."""
-    of_source, of_target = partial(_rewritten, source=rewrite), partial(_rewritten, target=rewrite)
+    of_source, of_target = partial(_rewritten, of_source=rewrite), partial(_rewritten, of_target=rewrite)
     return (
         Probe(f"source_{name}", f"{meaning.format(side='source')}: the same answer", of_source),
         Probe(f"target_{name}", f"{meaning.format(side='target')}: the same answer", of_target),
@@ -153,47 +143,45 @@ PROBES: tuple[Probe, ...] = (
         "source_merged",
         "a stiff spine joint of the source is left out: the same answer where a method carries "
         "spines over joint by joint",
-        _source_merged,
+        _merged,
         demanded=False,
     ),
     Probe(
         "source_scale",
         "the source 1.5 times as large: the same answer",
-        partial(_rewritten, source=_LARGER),
+        partial(_rewritten, of_source=_LARGER),
     ),
     Probe(
         "target_scale",
         "the target 1.5 times as large: the same answer, as much larger",
-        partial(_rewritten, target=_LARGER),
+        partial(_rewritten, of_target=_LARGER),
     ),
     Probe(
         "units",
         "all lengths in centimetres: the same answer in centimetres",
-        partial(_rewritten, source=_IN_CENTIMETRES, target=_IN_CENTIMETRES),
+        partial(_rewritten, of_source=_IN_CENTIMETRES, of_target=_IN_CENTIMETRES),
         "cm for m",
     ),
     Probe(
         "shifted",
         "a constant added to the root: the answer moves by one constant",
-        _moved_source(lambda motion: replace(motion, root=motion.root + SHIFT), _moved_back),
+        _shifted,
         "root shifted",
     ),
     Probe(
         "turned",
         "the whole motion turned about the vertical: the answer turns too",
-        _moved_source(lambda motion: rewriting.turned_motion(motion, TURN), _turned_back),
+        _turned,
     ),
     Probe(
         "mirrored",
         "source and target seen in a mirror: the answer's mirror image",
-        partial(_rewritten, source=rewriting.mirrored, target=rewriting.mirrored),
+        partial(_rewritten, of_source=rewriting.mirrored, of_target=rewriting.mirrored),
     ),
     Probe(
         "reversed",
         "the source played backwards: the answer backwards, of methods without memory",
-        _moved_source(
-            lambda motion: motion.at(slice(None, None, -1)), lambda new, plain: (new[::-1], plain)
-        ),
+        _reversed,
         "time reversed",
         demanded=False,
     ),
@@ -201,7 +189,7 @@ PROBES: tuple[Probe, ...] = (
         Probe(
             f"rate_{rate}",
             f"the source at {rate} frames per second: the same answer at the moments that both rates show",
-            partial(_rate, rate=rate),
+            partial(_at_rate, rate=rate),
             f"{rate} fps",
             tolerance=0.5,
         )
@@ -211,7 +199,9 @@ PROBES: tuple[Probe, ...] = (
 """All of them; 30 frames per second is the plain question."""
 
 
-def deviation(asked: ProbeQuestion, new: Places, plain: Places) -> float:
-    """Mean distance in per cent of the plain target's height."""
-    a, b = asked.bring(new, plain)
-    return float(np.linalg.norm(a - b, axis=-1).mean() * 100.0 / asked.plain.target.height)
+def deviation(question: Question, new: np.ndarray, plain: np.ndarray, height: float) -> float:
+    """Mean distance of two answers in per cent of the plain target's height.
+
+    new, plain: positions ``(frames, joints, 3)``, metres.
+    """
+    return float(np.linalg.norm(question.difference(new, plain), axis=-1).mean() * 100.0 / height)

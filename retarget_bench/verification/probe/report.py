@@ -1,7 +1,7 @@
 """Results of probing a method: rows in the format of every other result, and sentences."""
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store as records
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.store import CaseResult, ResultPaths
-from retarget_bench.verification.probe.asking import Reply
+from retarget_bench.verification.probe.asking import NOT_ASKED, Reply
 from retarget_bench.verification.probe.probes import PROBES
 
 TASK = "probe"
@@ -51,7 +51,7 @@ VALUES: tuple[Value, ...] = (
     *(
         Value(
             id=f"probe.{probe.id}",
-            label=probe.label,
+            label=probe.heading or probe.id.replace("_", " "),
             meaning=probe.meaning + ("" if probe.demanded else "; otherwise no fault"),
             unit="% of height",
             better="none",
@@ -69,18 +69,19 @@ VALUES: tuple[Value, ...] = (
 
 def entries(replies: Sequence[Reply]) -> list[CaseResult]:
     """One per case; a probe that the method failed makes the case a failed one."""
-    found: dict[str, CaseResult] = {}
+    by_case: dict[str, list[Reply]] = {}
     for reply in replies:
-        status, message = reply.status, reply.message
-        if reply.failed:
-            probe, why = next(iter(reply.failed.items()))
-            status, message = "failed", f"{probe}: {why}"
-        values: records.Values = {f"probe.{name}": number for name, number in reply.deviations.items()}
-        values |= {f"probe.{name}": number for name, number in reply.dependence.items()}
-        entry = found.setdefault(reply.subject.info.id, CaseResult(reply.subject.info.id, status, message))
-        if entry.status == "ok":
-            entry.values |= values
-    return list(found.values())
+        by_case.setdefault(reply.info.id, []).append(reply)
+    results = []
+    for case, of_case in by_case.items():
+        if fault := next((each for each in of_case if each.status != "ok" and not each.probe), None):
+            results.append(CaseResult(case, fault.status, fault.message))
+        elif fault := next(filter(_failed, of_case), None):
+            results.append(CaseResult(case, "failed", f"{fault.probe}: {fault.status}: {fault.message}"))
+        else:
+            numbers = {f"probe.{each.probe}": each.number for each in of_case if each.number is not None}
+            results.append(CaseResult(case, "ok", values=dict(numbers)))
+    return results
 
 
 def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> list[ResultPaths]:
@@ -90,20 +91,20 @@ def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> 
     written = []
     parts = ("verification.probe", "verification.rewriting")
     code = code_hash(file for part in parts for file in package_code(part))
-    for split in dict.fromkeys(reply.subject.info.split for reply in replies):
-        mine = [reply for reply in replies if reply.subject.info.split == split]
+    for split in dict.fromkeys(reply.info.split for reply in replies):
+        of_split = [reply for reply in replies if reply.info.split == split]
         unit = EvaluationUnit(plan, bound.dataset(dataset), split, bound.method(method))
-        listed = entries(mine)
+        listed = entries(of_split)
         plain = header_of(unit, listed)
         header = replace(
             plain,
-            not_applicable={f"probe.{name}": each for name, each in _refused(mine).items()},
+            not_applicable={f"probe.{name}": each for name, each in _refused(of_split).items()},
             keys={**plain.keys, "score_key": digest(f"probes {code}", 16)},
             values={value.id: replace(DeclaredValue.of(value, TASK), needs=()) for value in VALUES},
             metrics={TASK: f"1+{code}"},
             dataset=replace(plain.dataset, label=f"probes on {plain.dataset.label}"),
         )
-        infos = list({reply.subject.info.id: reply.subject.info for reply in mine}.values())
+        infos = list({reply.info.id: reply.info for reply in of_split}.values())
         if not records.lists(unit.paths, infos):
             shutil.rmtree(unit.paths.cases.parent, ignore_errors=True)
         records.write_results(unit.paths, header, listed, infos)
@@ -114,62 +115,73 @@ def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> 
 # ------------------------------------------------------------------------------------- in words
 def findings(label: str, replies: Sequence[Reply]) -> list[str]:
     """Faults of a method as sentences; empty where there are none."""
-    found = [
-        f"{label}: {reply.status} on {reply.subject.info.id}: {reply.message}"
+    sentences = [
+        f"{label}: {reply.status} on {reply.info.id}: {reply.message}"
         for reply in replies
-        if reply.status not in ("ok", "unsupported")
+        if not reply.probe and _failed(reply)
     ]
-    if replies and not any(reply.deviations or reply.dependence for reply in replies):
-        found.append(f"{label}: no question was answered, so nothing is known")
+    if replies and all(reply.number is None for reply in replies):
+        sentences.append(f"{label}: no question was answered, so nothing is known")
     for probe in PROBES:
-        numbers = _numbers(replies, probe.id)
-        if broken := [reply for reply in replies if probe.id in reply.failed]:
-            first = broken[0]
-            found.append(
-                f"{label}: {probe.id} could not be answered in {len(broken)} of "
-                f"{sum(map(_asked, replies))} cases "
-                f"(first {first.subject.info.id}: {first.failed[probe.id]})"
+        of_probe = [reply for reply in replies if reply.probe == probe.id]
+        if failed := list(filter(_failed, of_probe)):
+            first = failed[0]
+            sentences.append(
+                f"{label}: {probe.id} could not be answered in {len(failed)} of {_asked(replies)} cases "
+                f"(first {first.info.id}: {first.status}: {first.message})"
             )
+        numbers = {reply.info.id: reply.number for reply in of_probe if reply.number is not None}
         worst = max(numbers, key=lambda case: numbers[case], default=None)
         if worst is not None and probe.demanded and numbers[worst] > probe.tolerance:
             mean = sum(numbers.values()) / len(numbers)
-            found.append(
+            sentences.append(
                 f"{label}: {probe.id}: off by {mean:.3g} % of height on average, {numbers[worst]:.3g} at "
                 f"worst ({worst}). {probe.meaning[0].upper()}{probe.meaning[1:]}"
             )
-    known = [reply.dependence for reply in replies if reply.dependence]
-    means = {name: sum(each[name] for each in known) / len(known) for name in (known[0] if known else ())}
-    if min(means.values(), default=BLIND) < BLIND:
-        said = ", ".join(f"{name} {value:.2f}" for name, value in means.items())
-        found.append(
-            f"{label}: the answer hardly depends on its source ({said}; a faithful method has about 1)"
-        )
-    return found
+    return sentences + _blindness(label, replies)
+
+
+def _blindness(label: str, replies: Sequence[Reply]) -> list[str]:
+    """A sentence where answers hardly depend on their sources."""
+    means: dict[str, float] = {}
+    for name in (value.id.removeprefix("probe.") for value in DEPENDENCE):
+        numbers = [reply.number for reply in replies if reply.probe == name and reply.number is not None]
+        means |= {name: sum(numbers) / len(numbers)} if numbers else {}
+    if min(means.values(), default=BLIND) >= BLIND:
+        return []
+    each = ", ".join(f"{name} {mean:.2f}" for name, mean in means.items())
+    return [f"{label}: the answer hardly depends on its source ({each}; a faithful method has about 1)"]
 
 
 def refusals(label: str, replies: Sequence[Reply]) -> list[str]:
     """Questions that the method declares it cannot answer, which is no fault, in sentences."""
-    said = []
-    if refused := [reply for reply in replies if reply.status == "unsupported"]:
-        asked = len(refused) + sum(bool(_asked(each) or each.skipped) for each in replies)
-        said = [f"{label}: does not answer {len(refused)} of {asked} cases: {refused[0].message}"]
-    return said + [
-        f"{label}: {name} is not applicable to {each['cases']} of {sum(map(_asked, replies))} cases: "
-        f"{each['reason']}"
+    sentences = []
+    if refused := [reply for reply in replies if not reply.probe and reply.status == "unsupported"]:
+        asked = len(refused) + len({reply.info.id for reply in replies if _is_rewritten(reply)})
+        sentences = [f"{label}: does not answer {len(refused)} of {asked} cases: {refused[0].message}"]
+    return sentences + [
+        f"{label}: {name} is not applicable to {each['cases']} of {_asked(replies)} cases: {each['reason']}"
         for name, each in _refused(replies).items()
     ]
 
 
 def _refused(replies: Sequence[Reply]) -> dict[str, dict[str, Any]]:
     """Probe id -> of how many cases the method does not take the rewritten question, and its reason."""
-    reasons = {p.id: [r.refused[p.id] for r in replies if p.id in r.refused] for p in PROBES}
+    reasons = {
+        probe.id: [r.message for r in replies if r.probe == probe.id and r.status == "unsupported"]
+        for probe in PROBES
+    }
     return {name: {"cases": len(each), "reason": each[0]} for name, each in reasons.items() if each}
 
 
-def _asked(reply: Reply) -> bool:
-    """True if any rewritten question was put."""
-    return bool(reply.deviations or reply.failed or reply.refused)
+def _failed(reply: Reply) -> bool:
+    return reply.status not in ("ok", "unsupported", NOT_ASKED)
 
 
-def _numbers(replies: Sequence[Reply], probe: str) -> Mapping[str, float]:
-    return {r.subject.info.id: r.deviations[probe] for r in replies if probe in r.deviations}
+def _is_rewritten(reply: Reply) -> bool:
+    return any(reply.probe == probe.id for probe in PROBES)
+
+
+def _asked(replies: Sequence[Reply]) -> int:
+    """The number of cases of which any rewritten question was put."""
+    return len({each.info.id for each in replies if _is_rewritten(each) and each.status != NOT_ASKED})

@@ -1,16 +1,16 @@
-"""What to look at in a retargeted motion, told from the source alone: no reference is needed.
+"""Frames to look at in a retargeted motion, found beside its source: no reference is needed.
 
 ``verdict`` compares a result with its source and lists frames, each with its reason:
 
 - ``snap``: a knee or elbow turns much faster than the source's;
-- ``straight``: it is stretched where the source's is bent;
+- ``straight``: a knee or elbow is stretched where the source's is bent;
 - ``speed``: a joint moves much faster than the source's would on this body;
 - ``floor``: a foot is below the floor that the source stands on;
 - ``slide``: a foot slides while the source's stands;
 - ``inside``: a hand is in the body, where the result's character has a mesh.
 
 Bones that nothing drives (capes, hair, props, twist joints) follow their parent; they are named, and are no
-errors. The limits stand at the top of each module.
+errors. The limits stand at the top of ``joints.py`` and ``penetration.py``.
 """
 
 from __future__ import annotations
@@ -25,10 +25,8 @@ from retarget_bench.motion.editing import twists
 from retarget_bench.motion.roles import explain
 from retarget_bench.motion.transfer import FOLLOW, correspondence, reason
 from retarget_bench.verification.verdict.defects import Defect, Verdict
-from retarget_bench.verification.verdict.feet import feet
-from retarget_bench.verification.verdict.flesh import hands
-from retarget_bench.verification.verdict.joints import bends, speeds
-from retarget_bench.verification.verdict.pair import Pair
+from retarget_bench.verification.verdict.joints import Pair, bends, feet, speeds
+from retarget_bench.verification.verdict.penetration import hands
 
 __all__ = ["Defect", "Verdict", "verdict"]
 
@@ -41,7 +39,7 @@ CAUSED = {"snap": ("speed", "slide"), "speed": ("slide",)}
 
 
 def verdict(source: Prediction, result: Prediction) -> Verdict:
-    """What there is to look at in a result, by its source; each cause is told once.
+    """The defects of a result beside its source; each cause is reported once.
 
     source, result: motions with as many frames at one rate, of two bodies or one.
     Hands are looked at where the result is known by rotations and its character has a mesh.
@@ -56,9 +54,10 @@ def verdict(source: Prediction, result: Prediction) -> Verdict:
             f"per second, the result {result.frames} at {result.fps:g}; resample or cut one of them"
         )
     pair = Pair(source, result)
-    found = [*bends(pair), *speeds(pair), *feet(pair), *hands(pair)]
-    told = sorted((each for each in found if not _caused(each, found)), key=lambda each: -each.severity)
-    return Verdict(result.frames, result.fps, tuple(told), undriven(source.character, result.character))
+    defects = [*bends(pair), *speeds(pair), *feet(pair), *hands(pair)]
+    causes = [each for each in defects if not _caused(each, defects)]
+    worst_first = tuple(sorted(causes, key=lambda each: -each.severity))
+    return Verdict(result.frames, result.fps, worst_first, undriven(source.character, result.character))
 
 
 def undriven(source: Character, target: Character) -> tuple[str, ...]:
@@ -72,11 +71,11 @@ def undriven(source: Character, target: Character) -> tuple[str, ...]:
     return tuple(target.skeleton.names[joint] for joint in ordered)
 
 
-def _caused(defect: Defect, found: Sequence[Defect]) -> bool:
+def _caused(defect: Defect, others: Sequence[Defect]) -> bool:
     """Whether another defect in the same frames explains this one."""
     return any(
         defect.kind in CAUSED.get(other.kind, ())
         and other.first <= defect.last
         and defect.first <= other.last
-        for other in found
+        for other in others
     )

@@ -16,6 +16,15 @@ MERGED = 0.2
 """Seconds: stretches of one defect that are no farther apart are one."""
 OF_A_PART, IN_ALL = 3, 12
 """Most stretches that are printed of one kind and part, and of all."""
+KINDS = {
+    "snap": ("degrees", "snaps ({amount:.0f} degrees in {more}; source {source:.0f})"),
+    "straight": ("degrees", "is straight (bent by {amount:.0f} degrees; source {source:.0f})"),
+    "speed": ("m/s", "at {amount:.1f} m/s (source at this size {source:.1f}){more}"),
+    "floor": ("cm", "goes through the floor ({amount:.0f} cm; source {source:.0f})"),
+    "slide": ("cm", "slides ({amount:.0f} cm; source {source:.0f})"),
+    "inside": ("%", "is in the body ({amount:.0f} % of it{more})"),
+}
+"""Kind of a defect -> the unit of its amount, and its reason after the name of the part."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +60,7 @@ class Defect:
 
 @dataclass(frozen=True, repr=False)
 class Verdict:
-    """What there is to look at in a motion.
+    """The defects of a motion, and its joints that nothing drives.
 
     defects:  worst first. undriven: names of the joints that follow their parents.
     """
@@ -113,13 +122,13 @@ class Verdict:
 
     def _place(self, defect: Defect) -> dict[str, Any]:
         """A defect with frames from 1 and seconds, numbers as they are worth reading."""
-        found = asdict(defect)
+        entry = asdict(defect)
         for name in ("first", "last", "worst"):
-            found[name] += 1
-        found["seconds"] = [round(frame / self.fps, 3) for frame in (defect.first, defect.last)]
+            entry[name] += 1
+        entry["seconds"] = [round(frame / self.fps, 3) for frame in (defect.first, defect.last)]
         for name in ("amount", "source", "severity"):
-            found[name] = None if found[name] is None else float(f"{found[name]:.4g}")
-        return found
+            entry[name] = None if entry[name] is None else float(f"{entry[name]:.4g}")
+        return entry
 
     def __str__(self) -> str:
         return self.text()
@@ -134,14 +143,22 @@ def stretches(wrong: np.ndarray, fps: float) -> list[slice]:
     return [slice(first, past) for first, past in contact.runs(joined).tolist()]
 
 
-def local_maximum(values: np.ndarray, radius: int) -> np.ndarray:
-    """``(frames, ...)`` the largest value within so many frames before and after each."""
-    if not len(values):
-        return values
-    edges = [(radius, radius)] + [(0, 0)] * (values.ndim - 1)
-    padded = np.pad(values, edges, constant_values=-np.inf)
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * radius + 1, axis=0)
-    return np.asarray(windows.max(axis=-1))
+def defect(
+    kind: str,
+    part: str,
+    frames: slice,
+    worst: int,
+    amount: float,
+    source: float | None,
+    severity: float,
+    more: str = "",
+) -> Defect:
+    """A defect of one of the ``KINDS``; ``more`` goes into its reason."""
+    unit, text = KINDS[kind]
+    source = None if source is None else float(source)
+    reason = f"{part} {text.format(amount=amount, source=source, more=more)}"
+    first, last = frames.start, frames.stop - 1
+    return Defect(kind, part, first, last, worst, float(amount), source, unit, float(severity), reason)
 
 
 def _some(names: Sequence[str], shown: int = 6) -> str:

@@ -1,12 +1,18 @@
-"""Three bodies, two clips and names that break pages: what tests of reports look at."""
+"""Three bodies, two clips, and names that break pages, of joints too: what tests of reports look at."""
 
 from itertools import permutations
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
 from retarget_bench.api.datasets import usual_splits
-from tests.viewing.viewing_toys.toy_moves import body, moving
+from tests.viewing.viewing_toys.toy_moves import PERSON, body, moving
 
 BODIES = {'"><img src=x onerror=alert(1)>': 1.0, "Ünï 名\u202e": 1.2, "it's {{ 7*7 }} & co": 0.8}
+JOINTS = {
+    "<script>alert(1)</script>": ("Head", (0, 0.1, 0)),
+    "\"'&amp;</g>": ("LeftHand", (0.05, 0, 0)),
+    "手": ("RightHand", (-0.05, 0, 0)),
+    "j" * 300: ("Spine", (0, 0.05, -0.1)),
+}
 CLIPS = {"<b>nod</b> 1": "<script>alert(2)</script>", 'walk\'s "2"': "walk"}
 
 
@@ -24,7 +30,7 @@ class OddMoves:
     content = "odd-1"
 
     def __init__(self) -> None:
-        self._bodies = {name: body(name, size=size) for name, size in BODIES.items()}
+        self._bodies = {name: body(name, PERSON | JOINTS, size) for name, size in BODIES.items()}
 
     def characters(self):
         return self._bodies

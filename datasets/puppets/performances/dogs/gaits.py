@@ -15,7 +15,7 @@ from ...conventions import FPS, along
 from ...curves import plateau, wander
 from ...randomness import Stream
 from ..people.style import seconds
-from ..score import LIMBS, DogScore, Paw, PawPlant, Trunk, idle_hands
+from ..score import LIMBS, DogScore, Paw, PawContact, Trunk, idle_hands
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Habit:
 
     @classmethod
     def draw(cls, stream: Stream) -> Habit:
-        """A dog's habits: each time the same for a stream that belongs to somebody."""
+        """A dog's habits: each time the same for one dog's stream."""
         if stream.person:
             stream = Stream(stream.person)
         return cls(
@@ -61,13 +61,13 @@ def head_and_tail(
     t = seconds(frames)
     turns = habit.wags * t + stream.uniform(0.0, 1.0) if phase is None else phase
     wag = habit.wag * np.sin(2.0 * np.pi * turns)
-    late = habit.wag * np.sin(2.0 * np.pi * (turns - 0.15))
+    lagged = habit.wag * np.sin(2.0 * np.pi * (turns - 0.15))
     raised = habit.tail + wander(stream, t, 0.06 * habit.loose)
     neck = habit.neck + wander(stream, t, 0.05 * habit.loose)
-    look = [wander(stream, t, size * habit.loose, 0.1, 0.6) for size in (0.16, 0.06, 0.05)]
-    gaze = np.stack(look, axis=-1)
+    glances = [wander(stream, t, size * habit.loose, 0.1, 0.6) for size in (0.16, 0.06, 0.05)]
+    gaze = np.stack(glances, axis=-1)
     gaze[:, 1] += 0.3 * neck
-    tail = np.stack([raised, wag, 1.15 * raised, wag + 0.6 * late], axis=-1)
+    tail = np.stack([raised, wag, 1.15 * raised, wag + 0.6 * lagged], axis=-1)
     return neck, gaze, tail
 
 
@@ -102,15 +102,15 @@ def way(stream: Stream, frames: int, speed: float, most: float, there: bool = Fa
         "arc": np.full(frames, turning),
         "bends": turning * np.sin(2.0 * np.pi * (rate * t + start)),
     }[shape]
-    going, over = np.ones(frames), (-frames, 2 * frames)
+    moving, over = np.ones(frames), (-frames, 2 * frames)
     if there:
         begin = round(stream.uniform(0.03, 0.08) * frames)
         end = frames - round(stream.uniform(0.03, 0.08) * frames)
         soft = min(stream.uniform(20.0, 28.0), 0.4 * (end - begin))
-        going = plateau(FPS * t, begin, begin + soft, end - soft, end)
+        moving = plateau(FPS * t, begin, begin + soft, end - soft, end)
         over = (begin, end)
-    pace = speed * going * (1.0 + wander(stream, t, 0.03, 0.1, 0.4))
-    heading = facing + summed(turn * going)
+    pace = speed * moving * (1.0 + wander(stream, t, 0.03, 0.1, 0.4))
+    heading = facing + summed(turn * moving)
     return Way(heading, summed(pace[:, None] * along(heading)), pace, over)
 
 
@@ -123,7 +123,7 @@ def summed(rate: np.ndarray) -> np.ndarray:
 EVER = 100_000
 """A frame after every clip."""
 _BEYOND = 120
-"""Frames before and after the clip of which paws still have to know."""
+"""Frames before and after the clip that paws depend on."""
 Span = tuple[float, float]
 
 
@@ -221,8 +221,8 @@ GALLOP = Gait(
 
 @dataclass(frozen=True, eq=False)
 class Rhythm:
-    """phase: ``(frames,)`` periods gone. times, turns: frames from well before the clip to well after it,
-    and the periods gone in them."""
+    """phase: ``(frames,)`` periods passed. times, turns: frames from well before the clip to well after it,
+    and the periods passed in them."""
 
     phase: np.ndarray
     times: np.ndarray
@@ -232,27 +232,27 @@ class Rhythm:
         return float(np.interp(phase, self.turns, self.times))
 
 
-def rhythm(gait: Gait, going: Way, start: float) -> Rhythm:
-    """As many periods a second as the speed asks for, and no fewer than of the slowest. start: phase of the
+def rhythm(gait: Gait, route: Way, start: float) -> Rhythm:
+    """As many periods a second as the speed needs, and no fewer than of the slowest. start: phase of the
     first frame, 0 to 1. Who stands there starts with a hind paw, the right one if it is above a half."""
-    speed = going.speed
+    speed = route.speed
     rate = np.maximum(speed, gait.speed[0]) / gait.at(gait.stride, speed)
-    gone = summed(rate)
-    if going.over[0] > 0:
-        start = 0.5 * round(start) + gait.duty[0] - 0.03 - float(gone[going.over[0]])
-    phase = start + gone
+    travelled = summed(rate)
+    if route.over[0] > 0:
+        start = 0.5 * round(start) + gait.duty[0] - 0.03 - float(travelled[route.over[0]])
+    phase = start + travelled
     steps = np.arange(1, _BEYOND + 1)
     before, after = phase[0] - rate[0] / FPS * steps[::-1], phase[-1] + rate[-1] / FPS * steps
     times = np.arange(-_BEYOND, len(phase) + _BEYOND, dtype=float)
     return Rhythm(phase, times, np.concatenate([before, phase, after]))
 
 
-def paced(stream: Stream, gait: Gait, going: Way, habit: Habit) -> DogScore:
+def paced(stream: Stream, gait: Gait, route: Way, habit: Habit) -> DogScore:
     """A gait along a way."""
-    frames, speed = len(going.heading), going.speed
+    frames, speed = len(route.heading), route.speed
     t, still = seconds(frames), np.zeros(frames)
-    rate = rhythm(gait, going, stream.uniform(0.0, 1.0))
-    paws = _paws(stream.part("paws"), gait, rate, going, habit)
+    rate = rhythm(gait, route, stream.uniform(0.0, 1.0))
+    paws = _paws(stream.part("paws"), gait, rate, route, habit)
     # what goes with the gait fades where it comes to a stand
     alive = np.clip(speed / (0.6 * gait.speed[0]), 0.0, 1.0)
     alive = alive * alive * (3.0 - 2.0 * alive)
@@ -262,7 +262,7 @@ def paced(stream: Stream, gait: Gait, going: Way, habit: Habit) -> DogScore:
     bowed = wander(stream, t, 0.03 * habit.loose, 0.1, 0.5)
     turn = 2.0 * np.pi * (rate.phase - 0.25 * float(np.mean(gait.duty)))
     sway = 0.02 * habit.loose * alive * np.sin(turn)
-    bend = np.clip(0.16 * going.turning, -0.45, 0.45)
+    bend = np.clip(0.16 * route.turning, -0.45, 0.45)
     walking = alive * (gait.beats == 2)
     pelvis = np.stack(
         [0.06 * habit.loose * walking * np.sin(turn), still, 0.05 * habit.loose * walking * np.cos(turn)],
@@ -276,8 +276,8 @@ def paced(stream: Stream, gait: Gait, going: Way, habit: Habit) -> DogScore:
     gaze[:, 0] += 0.6 * bend
     return DogScore(
         kind=gait.kind,
-        heading=going.heading,
-        path=going.path,
+        heading=route.heading,
+        path=route.path,
         sway=np.stack([sway + shaken[0], shaken[1]], axis=-1),
         height=height + shaken[2],
         balance=still,
@@ -285,7 +285,7 @@ def paced(stream: Stream, gait: Gait, going: Way, habit: Habit) -> DogScore:
         trunk=Trunk(pelvis, chest, gaze),
         feet={},
         hands=idle_hands(frames),
-        parameters={"speed": float(speed.mean()), "turning": float(going.turning.mean())},
+        parameters={"speed": float(speed.mean()), "turning": float(route.turning.mean())},
         phase=rate.phase,
         fore=fore + shaken[3] + habit.fore + bowed,
         anchor=still + 0.5,
@@ -299,8 +299,8 @@ def paced(stream: Stream, gait: Gait, going: Way, habit: Habit) -> DogScore:
 def go(stream: Stream, frames: int, gait: Gait, there: Sequence[bool] = ()) -> DogScore:
     """A gait along a way of its own. there: in place of the gait's."""
     habit = Habit.draw(stream)
-    going = way(stream, frames, gait.draw(stream), gait.turning, stream.choice(there or gait.there))
-    return paced(stream, gait, going, habit)
+    route = way(stream, frames, gait.draw(stream), gait.turning, stream.choice(there or gait.there))
+    return paced(stream, gait, route, habit)
 
 
 def _heaving(
@@ -327,30 +327,30 @@ def _heaving(
 
 
 # ---------------------------------------------------------------------------------------------- paws
-def _paws(stream: Stream, gait: Gait, rate: Rhythm, going: Way, habit: Habit) -> Mapping[str, Paw]:
-    """Plants from well before the clip to well after it, no two quite alike."""
-    frames, found = len(going.heading), {}
+def _paws(stream: Stream, gait: Gait, rate: Rhythm, route: Way, habit: Habit) -> Mapping[str, Paw]:
+    """Contacts from well before the clip to well after it, no two quite alike."""
+    frames, paws = len(route.heading), {}
     first, last = int(np.ceil(rate.turns[0])), int(np.floor(rate.turns[-1])) - 1
-    duties, lifts = gait.at(gait.duty, going.speed), gait.at(gait.lift, going.speed)
+    duties, lifts = gait.at(gait.duty, route.speed), gait.at(gait.lift, route.speed)
     for limb, phase in zip(LIMBS, gait.phases, strict=True):
-        plants, hind = [], "hind" in limb
+        contacts, hind = [], "hind" in limb
         for number in range(first, last):
             strike = rate.frame(number + phase)
             now = min(max(round(strike), 0), frames - 1)
             off = round(rate.frame(number + phase + float(duties[now])))
             lift = float(lifts[now]) * habit.lift * (0.85 if hind else 1.0) * stream.uniform(0.85, 1.15)
-            plants.append(_stay(stream, gait, habit, hind, (round(strike), off), lift))
-        found[limb] = Paw(tuple(_standing(plants, going.over, frames)), np.zeros(frames))
-    return found
+            contacts.append(_stay(stream, gait, habit, hind, (round(strike), off), lift))
+        paws[limb] = Paw(tuple(_standing(contacts, route.over, frames)), np.zeros(frames))
+    return paws
 
 
 def _stay(
     stream: Stream, gait: Gait, habit: Habit, hind: bool, over: tuple[int, int], lift: float
-) -> PawPlant:
+) -> PawContact:
     """One stay: it comes to rest soon and then rolls for half of its time."""
     strike, off = over
     rest, rolled = (pair[0 if hind else 1] for pair in (gait.rest, gait.off))
-    return PawPlant(
+    return PawContact(
         moment=0.5 * (strike + off),
         out=habit.stance + stream.normal(0.06 * habit.loose),
         ahead=stream.normal(0.022 * habit.loose),
@@ -366,15 +366,15 @@ def _stay(
     )
 
 
-def _standing(plants: list[PawPlant], over: tuple[int, int], frames: int) -> list[PawPlant]:
+def _standing(contacts: list[PawContact], over: tuple[int, int], frames: int) -> list[PawContact]:
     """Where the way begins or ends inside the clip, the paw stands before its first and after its last
     swing."""
     if over[0] > 0:
-        plants = [plant for plant in plants if plant.off >= over[0]]
-        stood = replace(plants[0], moment=0.0, ahead=0.0, strike=-EVER, flat=-EVER, rest=0.0)
-        plants[0] = replace(stood, lift=stood.off - 5)
+        contacts = [contact for contact in contacts if contact.off >= over[0]]
+        stood = replace(contacts[0], moment=0.0, ahead=0.0, strike=-EVER, flat=-EVER, rest=0.0)
+        contacts[0] = replace(stood, lift=stood.off - 5)
     if over[1] < frames:
-        swings = sum(plant.off < over[1] - 5 for plant in plants)
-        last = replace(plants[swings], moment=frames - 1.0, ahead=0.0, lift=EVER, off=EVER)
-        plants = [*plants[:swings], replace(last, strike_pitch=-0.1, rest=0.0)]
-    return plants
+        swings = sum(contact.off < over[1] - 5 for contact in contacts)
+        last = replace(contacts[swings], moment=frames - 1.0, ahead=0.0, lift=EVER, off=EVER)
+        contacts = [*contacts[:swings], replace(last, strike_pitch=-0.1, rest=0.0)]
+    return contacts

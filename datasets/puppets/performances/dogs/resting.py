@@ -13,14 +13,14 @@ from ...conventions import FPS, SIDES, sign
 from ...curves import plateau, ramp, wander
 from ...randomness import Stream
 from ..people.style import seconds
-from ..score import LIMBS, DogScore, Paw, PawAir, PawPlant, Trunk, idle_hands
+from ..score import LIMBS, DogScore, Paw, PawAir, PawContact, Trunk, idle_hands
 from .gaits import EVER, WALK, Habit, head_and_tail
 
 CHANNELS = (
     *("heading", "path", "sway", "height", "balance", "support"),
     *("fore", "anchor", "neck", "tail", "spread"),
 )
-"""What a dog's score has for each frame, beside trunk and paws."""
+"""Channels of a dog's score beside trunk and paws."""
 
 
 def backwards(score: DogScore) -> DogScore:
@@ -41,24 +41,24 @@ def _turned(channel: np.ndarray) -> np.ndarray:
 
 def _backwards(paw: Paw, last: int) -> Paw:
     """Every swing keeps its height, but paws still land flat and leave over their tips."""
-    plants: list[PawPlant] = []
-    for number, plant in enumerate(reversed(paw.plants)):
-        before = paw.plants[len(paw.plants) - 2 - number] if number + 1 < len(paw.plants) else plant
-        plants.append(
+    contacts: list[PawContact] = []
+    for number, contact in enumerate(reversed(paw.contacts)):
+        before = paw.contacts[len(paw.contacts) - 2 - number] if number + 1 < len(paw.contacts) else contact
+        contacts.append(
             replace(
-                plant,
-                moment=last - plant.moment,
-                strike=last - plant.off,
-                flat=last - plant.off,
-                lift=last - plant.flat,
-                off=last - plant.strike,
+                contact,
+                moment=last - contact.moment,
+                strike=last - contact.off,
+                flat=last - contact.off,
+                lift=last - contact.flat,
+                off=last - contact.strike,
                 strike_pitch=0.0,
                 off_pitch=0.3,
                 lift_height=before.lift_height,
                 curl=before.curl,
             )
         )
-    return Paw(tuple(plants), _turned(paw.flat))
+    return Paw(tuple(contacts), _turned(paw.flat))
 
 
 def _score(
@@ -108,15 +108,15 @@ def _score(
     )
 
 
-def _standing(habit: Habit, limb: str, stream: Stream) -> PawPlant:
+def _standing(habit: Habit, limb: str, stream: Stream) -> PawContact:
     """A stay from always to ever, where a dog at ease puts its paw."""
     ahead = stream.uniform(-0.06, 0.06)
-    return PawPlant(0.0, habit.stance, ahead + 0.02 * ("fore" in limb), -EVER, -EVER, EVER, EVER)
+    return PawContact(0.0, habit.stance, ahead + 0.02 * ("fore" in limb), -EVER, -EVER, EVER, EVER)
 
 
-def _until(plant: PawPlant, off: int, curl: float) -> PawPlant:
+def _until(contact: PawContact, off: int, curl: float) -> PawContact:
     """The same, but left at a frame."""
-    return replace(plant, lift=off - 5, off=off, off_pitch=0.3, lift_height=0.08, curl=curl)
+    return replace(contact, lift=off - 5, off=off, off_pitch=0.3, lift_height=0.08, curl=curl)
 
 
 def stand(stream: Stream, frames: int) -> DogScore:
@@ -128,12 +128,12 @@ def stood(stream: Stream, heading: np.ndarray) -> DogScore:
     """Standing at ease, facing as given ``(frames,)``."""
     habit, frames = Habit.draw(stream), len(heading)
     paws = {limb: Paw((_standing(habit, limb, stream),), np.zeros(frames)) for limb in LIMBS}
-    look = stream.sign() * stream.uniform(0.2, 0.6)
+    turned = stream.sign() * stream.uniform(0.2, 0.6)
     t = np.arange(frames, dtype=float)
-    bend = look * 0.5 * plateau(t, 0.15 * frames, 0.4 * frames, 0.6 * frames, 0.9 * frames)
-    told = {"look": look}
+    bend = turned * 0.5 * plateau(t, 0.15 * frames, 0.4 * frames, 0.6 * frames, 0.9 * frames)
+    parameters = {"look": turned}
     return _score(
-        stream, frames, "dog_stand", habit, paws, heading=heading, bend=0.5 * bend, parameters=told
+        stream, frames, "dog_stand", habit, paws, heading=heading, bend=0.5 * bend, parameters=parameters
     )
 
 
@@ -178,21 +178,21 @@ def _round(number: int, habit: Habit, over: tuple[int, int], period: float, fram
     while first < over[1] - 0.2 * period:
         offs.append(max(round(first), 3))
         first += period
-    plants = []
+    contacts = []
     strikes = [-EVER, *(off + swing for off in offs)]
     for strike, off in zip(strikes, [*offs, EVER], strict=True):
         landed, leaves = strike > -EVER, off < EVER
         moment = 0.5 * (strike + off) if landed and leaves else 0.0 if leaves else frames - 1.0
-        plant = PawPlant(moment, habit.stance, 0.0, strike, strike + 2 * landed, off - 5 * leaves, off)
-        plants.append(replace(plant, off_pitch=0.3, lift_height=0.12 * habit.lift, curl=0.25))
-    return Paw(tuple(plants), np.zeros(frames))
+        contact = PawContact(moment, habit.stance, 0.0, strike, strike + 2 * landed, off - 5 * leaves, off)
+        contacts.append(replace(contact, off_pitch=0.3, lift_height=0.12 * habit.lift, curl=0.25))
+    return Paw(tuple(contacts), np.zeros(frames))
 
 
 def _tucked(habit: Habit, limb: str, stream: Stream, off: int, swing: int, frames: int) -> Paw:
     """The paw from standing to where the paw of a lying body is, by one step."""
     before = _until(_standing(habit, limb, stream), off, curl=0.1)
     strike = off + swing
-    after = PawPlant(frames - 1.0, habit.stance + 0.25, 0.0, strike, strike + 2, EVER, EVER, lain=1.0)
+    after = PawContact(frames - 1.0, habit.stance + 0.25, 0.0, strike, strike + 2, EVER, EVER, lain=1.0)
     t = np.arange(frames, dtype=float)
     return Paw((before, replace(after, strike_pitch=0.0)), ramp(t, off, strike + 3.0))
 
@@ -215,7 +215,7 @@ def settling(stream: Stream, frames: int, kind: str) -> DogScore:
             paws[limb] = _tucked(habit, limb, stream, off, round(10 * pace), frames)
         else:
             paws[limb] = Paw((_standing(habit, limb, stream),), np.zeros(frames))
-    late = begin + 5.0 * pace
+    delayed = begin + 5.0 * pace
     return _score(
         stream,
         frames,
@@ -223,7 +223,7 @@ def settling(stream: Stream, frames: int, kind: str) -> DogScore:
         habit,
         paws,
         rump=0.97 - 0.97 * level,
-        shoulders=0.98 - (0.98 * ramp(t, late, late + 36.0 * pace) if down else 0.10 * level),
+        shoulders=0.98 - (0.98 * ramp(t, delayed, delayed + 36.0 * pace) if down else 0.10 * level),
         anchor=0.5 if down else level,
         arch=(0.15 if down else 0.25) * level,
         spread=0.35 * level,
@@ -248,7 +248,7 @@ def shake_paw(stream: Stream, frames: int) -> DogScore:
     paws = {}
     for limb in LIMBS:
         hind = "hind" in limb
-        where = PawPlant(0.0, habit.stance + 0.25 * hind, 0.0, -EVER, -EVER, EVER, EVER, lain=float(hind))
+        where = PawContact(0.0, habit.stance + 0.25 * hind, 0.0, -EVER, -EVER, EVER, EVER, lain=float(hind))
         paws[limb] = Paw((where,), np.full(frames, float(hind)))
     up, down = round(stream.uniform(0.10, 0.20) * frames), round(stream.uniform(0.80, 0.90) * frames)
     top = (up + min(18.0, 0.2 * frames), down - min(18.0, 0.2 * frames))
@@ -257,7 +257,7 @@ def shake_paw(stream: Stream, frames: int) -> DogScore:
     shaken = 0.07 * habit.bounce * np.sin(2.0 * np.pi * rate * t / FPS) * plateau(t, up, *top, down)
     still = np.zeros(frames)
     reach = np.stack([still + 0.03, height + shaken, still + stream.uniform(0.55, 0.68)], axis=-1)
-    stay = paws[f"{side}_fore"].plants[0]
+    stay = paws[f"{side}_fore"].contacts[0]
     before = _until(stay, up, curl=0.2)
     after = replace(stay, strike=down, flat=down + 3, strike_pitch=0.2)
     paws[f"{side}_fore"] = Paw((before, after), still, PawAir(reach, weight))

@@ -14,7 +14,7 @@ import numpy as np
 from ...randomness import Stream
 from ..fading import bridged, joined_trunk
 from ..people.sequencing import TRANSITION
-from ..score import Act, DogScore, Paw, PawPlant, idle_hands
+from ..score import Act, DogScore, Paw, PawContact, idle_hands
 from .gaits import TROT, WALK, go
 from .resting import CHANNELS, backwards, settling, stand, turn
 
@@ -34,13 +34,13 @@ def sequence(stream: Stream, frames: int, kinds: Sequence[str] = ()) -> DogScore
     shares = np.cumsum([0.0, *(PARTS[kind][1] * stream.uniform(0.9, 1.1) for kind in order)])
     room = frames - BRIDGE * (len(order) - 1)
     ends = np.round(shares / shares[-1] * room).astype(int).tolist()
-    whole: DogScore | None = None
+    score: DogScore | None = None
     for number, kind in enumerate(order):
         part = PARTS[kind][0](stream.part(number, kind), ends[number + 1] - ends[number])
-        whole = part if whole is None else joined(whole, part)
-    assert whole is not None
+        score = part if score is None else joined(score, part)
+    assert score is not None
     return replace(
-        whole, kind="dog_sequence", parameters={"kinds": "+".join(order)}, acts=whole.stretches()
+        score, kind="dog_sequence", parameters={"kinds": "+".join(order)}, acts=score.stretches()
     )
 
 
@@ -110,13 +110,13 @@ def _brought(a: DogScore, b: DogScore) -> DogScore:
 
 def _joined_paw(a: Paw, b: Paw, start: int) -> Paw:
     """The last stay of ``a`` goes on until the first of ``b`` ends."""
-    stays, leaves = a.plants[-1], _later(b.plants[0], start)
+    stays, leaves = a.contacts[-1], _later(b.contacts[0], start)
     names = ("lift", "off", "off_pitch", "lift_height", "curl")
     stays = replace(stays, **{name: getattr(leaves, name) for name in names})
-    later = (_later(plant, start) for plant in b.plants[1:])
-    return Paw((*a.plants[:-1], stays, *later), bridged(a.flat, b.flat, BRIDGE))
+    later = (_later(contact, start) for contact in b.contacts[1:])
+    return Paw((*a.contacts[:-1], stays, *later), bridged(a.flat, b.flat, BRIDGE))
 
 
-def _later(plant: PawPlant, frames: int) -> PawPlant:
-    moved = {name: getattr(plant, name) + frames for name in ("moment", "strike", "flat", "lift", "off")}
-    return replace(plant, **moved)
+def _later(contact: PawContact, frames: int) -> PawContact:
+    moved = {name: getattr(contact, name) + frames for name in ("moment", "strike", "flat", "lift", "off")}
+    return replace(contact, **moved)

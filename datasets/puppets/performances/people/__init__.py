@@ -29,8 +29,8 @@ def sequence(
     Raises ValueError where a kind does not stand where it is joined (``sequencing.py`` tells how to).
     """
     offered = STRUNG if among is None else among
-    whole = {name: FROM_STAND_TO_STAND.get(name, KINDS[name]) for name in (*offered, *kinds)}
-    return strung(stream, frames, whole, kinds, LEAST)
+    offers = {name: FROM_STAND_TO_STAND.get(name, KINDS[name]) for name in (*offered, *kinds)}
+    return strung(stream, frames, offers, kinds, LEAST)
 
 
 LEAST: Mapping[str, int] = {"lunge": 112, "kneel": 112, "lift": 220, "touch_floor": 80}

@@ -14,7 +14,7 @@ import numpy as np
 from ...conventions import SIDES, sign
 from ...curves import plateau, wander
 from ...randomness import Stream
-from ..score import Foot, Hand, HandPlant, Plant, Score
+from ..score import Foot, FootContact, Hand, HandContact, Score
 from .arms import other
 from .style import Performer, Style, rows
 
@@ -72,8 +72,8 @@ class _Way:
         """The half strides in which a side's knee is on its way."""
         return range(0 if side == self.lead else 1, len(self.starts) - 2, 2)
 
-    def gone(self, frames: int) -> np.ndarray:
-        """``(frames,)`` half strides gone: even between starts and ends, rounded off by a Hann window."""
+    def travelled(self, frames: int) -> np.ndarray:
+        """``(frames,)`` half strides done: even between starts and ends, rounded off by a Hann window."""
         reach = 7
         k = np.arange(-reach, frames + reach, dtype=float)
         times = np.stack([self.starts, self.ends], axis=-1).ravel()
@@ -94,8 +94,8 @@ class _Way:
 
     def at(self, u: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
         """Heading and place ``(..., 2)`` so many half strides along."""
-        known, heading, place = self._line
-        spots = [np.interp(u, known, row) for row in (heading, place[:, 0], place[:, 1])]
+        stations, heading, place = self._line
+        spots = [np.interp(u, stations, row) for row in (heading, place[:, 0], place[:, 1])]
         return spots[0], np.stack(spots[1:], axis=-1)
 
 
@@ -103,14 +103,14 @@ def crawl(stream: Stream, frames: int) -> Score:
     """On hands and knees along a bend, diagonal or in a pace, with pauses, looking ahead or about."""
     person, way = Performer(stream, frames), _Way.draw(stream, frames)
     style, still = person.style, np.zeros(frames)
-    gone = way.gone(frames)
-    heading, path = way.at(gone)
-    tip = np.sin(np.pi * gone + (0.0 if way.lead == "right" else np.pi))
+    travelled = way.travelled(frames)
+    heading, path = way.at(travelled)
+    tip = np.sin(np.pi * travelled + (0.0 if way.lead == "right" else np.pi))
     size, low = stream.uniform(0.5, 1.3), stream.uniform(0.0, 0.16)
     arch = stream.uniform(-0.24, 0.08) - 0.6 * low
     chest = (-0.08 * size * tip, arch + wander(stream, person.t, 0.02), -0.02 * size * tip)
     gaze = _gaze(stream, frames, 1.32 + low + arch) + rows(frames, 0.04 * tip, 0.0, 0.0)
-    gaze[:, 0] += way.at(gone + 0.8)[0] - heading
+    gaze[:, 0] += way.at(travelled + 0.8)[0] - heading
     return Score(
         kind="crawl",
         heading=heading,
@@ -123,7 +123,7 @@ def crawl(stream: Stream, frames: int) -> Score:
         feet={side: _foot(side, way, frames, style) for side in SIDES},
         hands={side: _hand(person, side, way) for side in SIDES},
         parameters={"stride": way.long, "pace": float(way.pace), "bend": way.bend},
-        phase=0.5 * gone % 1.0,
+        phase=0.5 * travelled % 1.0,
         sit_back=still + stream.uniform(0.0, 0.16),
         prone=still + 1.0,
     )
@@ -138,22 +138,22 @@ def _gaze(stream: Stream, frames: int, prone: float) -> np.ndarray:
     while start < frames:
         long, up = stream.uniform(40.0, 80.0), stream.uniform(14.0, 20.0)
         aside, rise = stream.sign() * stream.uniform(0.1, 0.5), stream.uniform(-0.2, 0.75 - back)
-        look = plateau(k, start, start + up, start + long - up, start + long)
-        gaze += look[:, None] * np.array([aside, -rise, 0.0])
+        glance = plateau(k, start, start + up, start + long - up, start + long)
+        gaze += glance[:, None] * np.array([aside, -rise, 0.0])
         start += long + stream.uniform(10.0, 90.0)
     return gaze
 
 
 def _foot(side: str, way: _Way, frames: int, style: Style) -> Foot:
     """Both knees stay down or glide just over the floor, the toes with them."""
-    plants, bears, k = [], np.ones(frames), np.arange(frames, dtype=float)
+    contacts, bears, k = [], np.ones(frames), np.arange(frames, dtype=float)
     for turn in way.turns(side):
         off, down = way.starts[turn + 2], way.ends[turn + 2] if turn + 2 < len(way.ends) else 0
         bears -= plateau(k, off, off + 6.0, down - 6.0, down)
         heading, place = way.at(turn + 1.5)
         strike = way.ends[turn]
-        plants.append(
-            Plant(
+        contacts.append(
+            FootContact(
                 place=(float(place[0]), float(place[1])),
                 width=way.wide[0] * (0.95 + 0.1 * style.stance),
                 heading=float(heading),
@@ -168,27 +168,27 @@ def _foot(side: str, way: _Way, frames: int, style: Style) -> Foot:
                 hurry=0.25,
             )
         )
-    return Foot(tuple(plants), np.zeros(frames), kneel=np.ones(frames), bears=bears)
+    return Foot(tuple(contacts), np.zeros(frames), kneel=np.ones(frames), bears=bears)
 
 
 def _hand(person: Performer, side: str, way: _Way) -> Hand:
     """The hand goes a little before its knee: the opposite one, or in a pace that of its side."""
     stream = person.stream
-    plants, high, turned = [], stream.uniform(0.03, 0.08), stream.uniform(-0.1, 0.4)
+    contacts, high, turned = [], stream.uniform(0.03, 0.08), stream.uniform(-0.1, 0.4)
     for turn in way.turns(side if way.pace else other(side)):
         heading, place = way.at(turn + 1.6)
         out, ahead = way.aside[turn]
         line = np.array([np.sin(heading), np.cos(heading)])
         place = place + ahead * line + sign(side) * out * np.array([line[1], -line[0]])
         coming = way.ends[turn] - way.starts[turn]
-        plants.append(
-            HandPlant(
+        contacts.append(
+            HandContact(
                 place=(float(place[0]), float(place[1])),
                 heading=float(heading),
                 strike=way.ends[turn] - way.early,
                 off=way.starts[turn + 2] - way.early,
                 coming=coming,
-                going=0,
+                leaving=0,
                 under=1.0,
                 width=way.wide[1] * (0.9 + 0.15 * person.style.stance),
                 turned=turned,
@@ -197,4 +197,4 @@ def _hand(person: Performer, side: str, way: _Way) -> Hand:
         )
     below = np.tile([0.1, -0.6, 0.6], (person.frames, 1))
     arm = person.hand(below, upright=1.0, swivel=stream.uniform(-0.15, 0.25))
-    return replace(arm, plants=tuple(plants))
+    return replace(arm, contacts=tuple(contacts))

@@ -92,11 +92,11 @@ def _figure(floor: _Floor, number: int, name: str, lead: str) -> None:
     scene, at, beat = floor.scene, floor.at, floor.beat
     if name in ("hips", "shoulders", "belly"):
         point = {"hips": "hip", "shoulders": "shoulder", "belly": "belly"}[name]
-        for late, side in enumerate((lead, other(lead))):
-            end = at(number + 1) + 0.4 * beat * late
+        for rank, side in enumerate((lead, other(lead))):
+            end = at(number + 1) + 0.4 * beat * rank
             scene.arm(side, at(number) - 2, end, arms.on(point, side), (0.08, 0.0, 0.12))
             if beat >= _QUICKEST:
-                scene.arm(side, at(number + 3) + 0.2 * beat * late, at(number + 4), _READY)
+                scene.arm(side, at(number + 3) + 0.2 * beat * rank, at(number + 4), _READY)
     elif name == "raise":
         for side in SIDES:
             up = Shape((0.42, 0.80, 0.20), (-0.2, 0.0, -0.5), upright=0.8)
@@ -193,14 +193,14 @@ _LINE = {
 def _line_bar(floor: _Floor, number: int, name: str, first: str) -> None:
     """Four beats: each hand has one of its own and rests in the next."""
     scene, at, beat = floor.scene, floor.at, floor.beat
-    for late, side in enumerate((first, other(first))):
-        begin, rest = at(number + late), at(number + 2 + late)
+    for rank, side in enumerate((first, other(first))):
+        begin, rest = at(number + rank), at(number + 2 + rank)
         if name == "ahead":
             flat = Shape((0.10, -0.04, 0.86), (-0.1, 0.0, 0.0), 0.15, 0.9, palm=(0.0, -1.0, 0.0))
             scene.arm(side, begin, begin + 0.85 * beat, flat, (0.0, 0.0, 0.05))
             scene.arm(side, rest, rest + 0.8 * beat, replace(flat, palm=(-0.85, 0.5, 0.0)))
         elif name == "knees":
-            scene.arm(side, at(number) + 2 * late, at(number + 2), arms.on("knee", side), (0.05, 0.0, 0.10))
+            scene.arm(side, at(number) + 2 * rank, at(number + 2), arms.on("knee", side), (0.05, 0.0, 0.10))
             scene.arm(side, at(number + 2.8), at(number + 4), _READY, (0.0, 0.0, 0.10))
         else:
             point, sooner, arc = _LINE[name]

@@ -101,9 +101,9 @@ def hands_on_hips(stream: Stream, frames: int) -> Score:
     first, last = 5.0, frames - 6.0
     up = min(24.0, 0.3 * frames)
     for side in SIDES:
-        late = stream.uniform(0.0, 5.0)
-        scene.arm(side, first + late, first + late + up, arms.on("hip", side), (0.14, 0.05, 0.06))
-        scene.arm(side, last - up - late, last - late, None, (0.12, 0.0, 0.0))
+        lag = stream.uniform(0.0, 5.0)
+        scene.arm(side, first + lag, first + lag + up, arms.on("hip", side), (0.14, 0.05, 0.06))
+        scene.arm(side, last - up - lag, last - lag, None, (0.12, 0.0, 0.0))
     share = scene.held(first, first + up, last - up, last)
     scene.lean(share, -0.03, -0.06, -0.02)
     for start, end in slots(stream, frames, 1.4, 2.6):
@@ -229,7 +229,7 @@ def wave(stream: Stream, frames: int) -> Score:
     t, feet = person.t, _feet(stream, person.style, stream.uniform(-np.pi, np.pi), frames)
     raised = plateau(t, up, up + 0.85, down, down + 0.9)
     swing = size * raised * np.sin(2.0 * np.pi * rate * (t - up))
-    late = raised * np.sin(2.0 * np.pi * rate * (t - up) - 0.7) * size
+    lagged = raised * np.sin(2.0 * np.pi * rate * (t - up) - 0.7) * size
     lift = raised * float(sum(sign(side) for side in hands))
     # the hip drops over the idle leg, the chest evens that out and leans off the raised arm
     over = 0.10 * feet.tip - 0.06 * lift - 0.015 * swing * np.sign(lift)
@@ -245,12 +245,17 @@ def wave(stream: Stream, frames: int) -> Score:
     both: dict[str, Hand] = {}
     for side in SIDES:
         if side in hands:
-            both[side] = _waving(person, shape, raised, swing, late)
+            both[side] = _waving(person, shape, raised, swing, lagged)
         else:
             both[side] = _resting(person, side, on_hip)
     height = 0.990 - soft - 0.012 * np.abs(feet.tip) + 0.004 * np.abs(swing)
-    told: dict[str, float | str] = {"hands": "+".join(hands), "shape": shape, "rate": rate, "rest": rests}
-    return feet.score("wave", height, trunk, both, told)
+    parameters: dict[str, float | str] = {
+        "hands": "+".join(hands),
+        "shape": shape,
+        "rate": rate,
+        "rest": rests,
+    }
+    return feet.score("wave", height, trunk, both, parameters)
 
 
 def _feet(stream: Stream, style: Style, heading: float, frames: int) -> Stance:
@@ -267,7 +272,9 @@ def _feet(stream: Stream, style: Style, heading: float, frames: int) -> Stance:
     return lift_heel(feet, side, start, start + length, stream.uniform(0.25, 0.5))
 
 
-def _waving(person: Performer, shape: str, raised: np.ndarray, swing: np.ndarray, late: np.ndarray) -> Hand:
+def _waving(
+    person: Performer, shape: str, raised: np.ndarray, swing: np.ndarray, lagged: np.ndarray
+) -> Hand:
     """Up in front of the body, then from side to side about the elbow, the wrist trailing."""
     base, (wide, rise), elbow, palm = _SHAPES[shape]
     still = np.zeros(person.frames)
@@ -276,7 +283,7 @@ def _waving(person: Performer, shape: str, raised: np.ndarray, swing: np.ndarray
     up = rows(person.frames, base[0] + wide * swing, base[1] - rise * swing * swing, base[2])
     reach = down + raised[:, None] * (up - down)
     reach[:, 2] += 1.2 * raised * (1.0 - raised)
-    wrist = rows(person.frames, -0.25 * raised, -0.30 * late, palm * raised)
+    wrist = rows(person.frames, -0.25 * raised, -0.30 * lagged, palm * raised)
     return person.hand(reach, upright=0.6, swivel=elbow * raised, wrist=wrist)
 
 

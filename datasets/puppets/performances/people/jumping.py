@@ -13,7 +13,7 @@ import numpy as np
 from ...conventions import GRAVITY, SIDES, sign
 from ...curves import plateau, spline, through, wander
 from ...randomness import Stream
-from ..score import Air, Foot, Hand, Plant, Score
+from ..score import Air, Foot, FootContact, Hand, Score
 from .scene import EVER, shifting
 from .striding import Swing, hung
 from .style import Performer, Style, along, hanging, rows
@@ -73,15 +73,15 @@ class _Jump:
 
 
 def _jumps(
-    stream: Stream, frames: int, time: tuple[float, float], far: tuple[float, float], whole: bool
+    stream: Stream, frames: int, time: tuple[float, float], far: tuple[float, float], entire: bool
 ) -> list[_Jump]:
     """As many jumps as the clip holds; the first begins soon, the last ends before the clip, or is cut off
-    unless all are to be ``whole``."""
-    shallow = 0.13 if whole and frames < 110 else 0.0
+    unless all are to be ``entire``."""
+    shallow = 0.13 if entire and frames < 110 else 0.0
     deep, soft = stream.uniform(0.62 + shallow, 0.80), stream.uniform(0.66 + shallow, 0.84)
     air, travel = stream.uniform(*time), stream.uniform(*far)
-    pause, at = stream.uniform(2.0, 22.0), stream.uniform(0.0 if whole else -4.0, 4.0 if shallow else 10.0)
-    found: list[_Jump] = []
+    pause, at = stream.uniform(2.0, 22.0), stream.uniform(0.0 if entire else -4.0, 4.0 if shallow else 10.0)
+    jumps: list[_Jump] = []
     while at < frames:
         off = round(at + 14.0 + 40.0 * (0.98 - deep) * stream.uniform(0.9, 1.3))
         jump = _Jump(
@@ -92,22 +92,22 @@ def _jumps(
             soft=soft * stream.uniform(0.97, 1.03),
             far=travel * stream.uniform(0.9, 1.1),
         )
-        if whole and found and jump.up > frames - 2:
+        if entire and jumps and jump.up > frames - 2:
             break
-        found.append(jump)
+        jumps.append(jump)
         at = jump.up + pause * stream.uniform(0.5, 1.5)
-    return found
+    return jumps
 
 
 def jump(stream: Stream, frames: int, mode: str = "", kind: str = "jump") -> Score:
     """``jump``: straight up from both feet, arms thrown up, legs hanging or drawn up; ``leap``: a standing
     long jump, feet together, arms swinging through."""
-    person, whole = Performer(stream, frames), mode == "there"
+    person, entire = Performer(stream, frames), mode == "there"
     if kind == "jump":
-        jumps = _jumps(stream, frames, (10.0, 15.5), (0.0, 0.0), whole)
+        jumps = _jumps(stream, frames, (10.0, 15.5), (0.0, 0.0), entire)
         tuck = stream.choice((0.0, 0.0, 0.6, 1.0))
     else:
-        jumps = _jumps(stream, frames, (10.5, 14.5), (0.75, 1.45), whole)
+        jumps = _jumps(stream, frames, (10.5, 14.5), (0.75, 1.45), entire)
         tuck = stream.uniform(0.5, 1.0)
     t, heading = np.arange(frames, dtype=float), stream.uniform(-np.pi, np.pi)
     knots = [knot for each in jumps for knot in each.heights()]
@@ -162,7 +162,7 @@ def _crouch(jumps: Sequence[_Jump], t: np.ndarray) -> np.ndarray:
     return through(t, [*times, 2 * EVER], [*values, 0.0])
 
 
-def _plant(
+def _contact(
     style: Style,
     heading: float,
     far: float,
@@ -172,10 +172,10 @@ def _plant(
     pitches: tuple[float, float],
     width: float = 0.9,
     lift: float = 0.10,
-) -> Plant:
+) -> FootContact:
     """A stay so far along the way. roll: frames of leaving over the toe. pitches: of landing and leaving.
     width: against the style's stance. lift: of the swing that follows."""
-    return Plant(
+    return FootContact(
         place=along(heading, far),
         width=width * style.stance,
         heading=heading,
@@ -194,8 +194,8 @@ def _plant(
 def _feet(person: Performer, jumps: Sequence[_Jump], heading: float, tuck: float) -> Foot:
     way = accumulate((each.far for each in jumps), initial=0.0)
     strikes, offs = [-EVER, *(each.strike for each in jumps)], [*(each.off for each in jumps), EVER]
-    plants = [
-        _plant(person.style, heading, far, strike, off, 5, (0.42, 0.70), 1.1, 0.12)
+    contacts = [
+        _contact(person.style, heading, far, strike, off, 5, (0.42, 0.70), 1.1, 0.12)
         for far, strike, off in zip(way, strikes, offs, strict=True)
     ]
     reach = 1.0 if jumps[0].far > 0.0 else 0.0
@@ -207,7 +207,7 @@ def _feet(person: Performer, jumps: Sequence[_Jump], heading: float, tuck: float
         point=0.40,
         out=0.01,
     )
-    return Foot(tuple(plants), np.zeros(person.frames), swing.air(plants, person.frames))
+    return Foot(tuple(contacts), np.zeros(person.frames), swing.air(contacts, person.frames))
 
 
 def _arm(person: Performer, jumps: Sequence[_Jump], side: str, frame: np.ndarray) -> Hand:
@@ -223,8 +223,8 @@ def _arm(person: Performer, jumps: Sequence[_Jump], side: str, frame: np.ndarray
         times += [each.strike + 1.0, each.caught + 5.0, each.up + 3.0]
         values += [1.0, -0.05 + 0.4 * min(each.far, 1.0), 0.0]
         bends += [0.45, 0.40, 0.0]
-    late = frame - 1.4 * sign(side) * style.asymmetry / 0.08
-    raised, bent = (through(late, [*times, 2 * EVER], [*row, 0.0]) for row in (values, bends))
+    lagged = frame - 1.4 * sign(side) * style.asymmetry / 0.08
+    raised, bent = (through(lagged, [*times, 2 * EVER], [*row, 0.0]) for row in (values, bends))
     ahead = raised - 0.08 + person.wander(0.03)
     bend = style.elbow + bent + person.wander(0.03)
     aside = style.aside + 0.12 * np.abs(raised) + person.wander(0.02)
@@ -296,13 +296,13 @@ def _hopping_feet(
     """Feet of the hopping and of the other leg."""
     frames, stream = person.frames, person.stream
     own = tuple(
-        _plant(person.style, heading, step * k, strike, off, 4, (0.30, 0.68))
+        _contact(person.style, heading, step * k, strike, off, 4, (0.30, 0.68))
         for k, (strike, off) in enumerate(contacts)
     )
     leaves, returns = contacts[0][1] - 18, contacts[-1][0] + 20
     held = (
-        _plant(person.style, heading, 0.0, -EVER, leaves, 6, (0.30, 0.45)),
-        _plant(person.style, heading, step * (len(contacts) - 1), returns, EVER, 6, (0.30, 0.45)),
+        _contact(person.style, heading, 0.0, -EVER, leaves, 6, (0.30, 0.45)),
+        _contact(person.style, heading, step * (len(contacts) - 1), returns, EVER, 6, (0.30, 0.45)),
     )
     t, zero = np.arange(frames, dtype=float), np.zeros(frames)
     weight = plateau(t, leaves, leaves + 11.0, returns - 12.0, returns)

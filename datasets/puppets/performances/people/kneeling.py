@@ -7,7 +7,7 @@ import numpy as np
 from ...conventions import SIDES
 from ...curves import plateau, smooth
 from ...randomness import Stream
-from ..score import Foot, Plant, Score
+from ..score import Foot, FootContact, Score
 from . import arms
 from .arms import Shape, other
 from .scene import Scene
@@ -18,17 +18,17 @@ from .style import along, rows
 def lunge(stream: Stream, frames: int) -> Score:
     """A long step ahead, down until the hind knee is a hand above the floor, and back; the heel rises."""
     count = max(1, int((frames - 6) / stream.uniform(108.0, 140.0)))
-    whole = max(frames, 112)
-    scene = Scene(stream, whole, width=stream.uniform(0.9, 1.2), shift=0.1, loose=0.3)
+    length = max(frames, 112)
+    scene = Scene(stream, length, width=stream.uniform(0.9, 1.2), shift=0.1, loose=0.3)
     long, deep = stream.uniform(0.68, 0.84), stream.uniform(0.28, 0.35)
     style, front = stream.choice(("hips", "ahead", "hang")), stream.choice(SIDES)
-    share = (whole - 6.0) / count
+    share = (length - 6.0) / count
     for number in range(count):
         start, end = round(4.0 + share * number), round(share * (number + 1.0))
         _one_lunge(scene, front, start, end, long, deep, style)
         front = other(front)
     score = _carried(scene.score("lunge", arms=style, deep=deep, long=long), scene, 0.48 * long)
-    return cut(score, stream.choice((0, whole - frames)), frames)
+    return cut(score, stream.choice((0, length - frames)), frames)
 
 
 def _one_lunge(
@@ -90,13 +90,13 @@ def kneel(stream: Stream, frames: int, rises: bool = False) -> Score:
     rises: up from both knees alone."""
     kind = "get_up" if rises else "kneel"
     # which part of it is shown where the clip is too short for all
-    late = 1.0 if rises else stream.choice((0.0, 1.0))
+    offset = 1.0 if rises else stream.choice((0.0, 1.0))
     second = rises or stream.choice((True, False))
-    whole = max(frames, 240 if rises or second else 112)
+    length = max(frames, 240 if rises or second else 112)
     if rises and frames > 120:
-        whole = frames + 110
-    times = _Times(forth=whole - 60 - _SWING, rise=whole - 54, close=whole - 28)
-    scene = Scene(stream, whole, width=stream.uniform(0.9, 1.15), shift=0.1, loose=0.3)
+        length = frames + 110
+    times = _Times(forth=length - 60 - _SWING, rise=length - 54, close=length - 28)
+    scene = Scene(stream, length, width=stream.uniform(0.9, 1.15), shift=0.1, loose=0.3)
     scene.style = replace(scene.style, toe_out=0.6 * scene.style.toe_out)
     hind = stream.choice(SIDES)
     fore, long = other(hind), stream.uniform(0.72, 0.82)
@@ -119,7 +119,7 @@ def kneel(stream: Stream, frames: int, rises: bool = False) -> Score:
         height=score.height - 0.40 * one,
         sit_back=back * stream.uniform(0.45, 0.85) + 0.05 * one,
     )
-    return cut(score, round(late * (whole - frames)), frames)
+    return cut(score, round(offset * (length - frames)), frames)
 
 
 def _hind(scene: Scene, side: str, times: _Times, kneel: np.ndarray) -> Foot:
@@ -133,17 +133,17 @@ def _hind(scene: Scene, side: str, times: _Times, kneel: np.ndarray) -> Foot:
 
 def _fore(scene: Scene, side: str, times: _Times, second: bool, long: float) -> Foot:
     """Steps ahead; for the second knee back beside the other foot, ahead again to rise; at last back."""
-    stands = scene.feet.feet[side].plants[0]
+    stands = scene.feet.feet[side].contacts[0]
     ahead = replace(stands, place=along(scene.heading, long))
     start, close = times.step, times.close
-    plants: list[Plant] = [
+    contacts: list[FootContact] = [
         replace(stands, lift=start, off=start + 5, off_pitch=0.45, lift_height=0.06),
         replace(ahead, strike=start + 20, flat=start + 24, strike_pitch=0.12),
     ]
     kneel, heel = None, np.zeros(scene.frames)
     if second:
         down, up = times.leave, times.forth
-        plants[-1] = replace(plants[-1], lift=down + 4, off=down + 4, off_pitch=0.0, lift_height=0.03)
+        contacts[-1] = replace(contacts[-1], lift=down + 4, off=down + 4, off_pitch=0.0, lift_height=0.03)
         kneeling = replace(
             stands,
             strike=down + _SWING,
@@ -153,16 +153,16 @@ def _fore(scene: Scene, side: str, times: _Times, second: bool, long: float) -> 
             off_pitch=0.0,
             strike_pitch=0.0,
         )
-        plants += [
+        contacts += [
             replace(kneeling, lift_height=0.03),
             replace(ahead, strike=up + _SWING - 8, flat=up + _SWING - 8, strike_pitch=0.0),
         ]
         kneel = plateau(scene.k, down + 9.0, down + _SWING + 6.0, up - 4.0, up + 18.0)
         heel = 0.86 * plateau(scene.k, down - 8.0, down + 8.0, down + 14.0, down + _SWING + 6.0)
         heel += 0.85 * plateau(scene.k, up - 4.0, up + 12.0, up + _SWING - 12.0, up + _SWING + 4.0)
-    plants[-1] = replace(plants[-1], lift=close, off=close + 5, off_pitch=0.15, lift_height=0.06)
-    plants.append(replace(stands, strike=close + 20, flat=close + 24, strike_pitch=0.18))
-    return Foot(tuple(plants), heel, kneel=kneel)
+    contacts[-1] = replace(contacts[-1], lift=close, off=close + 5, off_pitch=0.15, lift_height=0.06)
+    contacts.append(replace(stands, strike=close + 20, flat=close + 24, strike_pitch=0.18))
+    return Foot(tuple(contacts), heel, kneel=kneel)
 
 
 def _upper(scene: Scene, times: _Times, fore: str, one: np.ndarray, back: np.ndarray, second: bool) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from ...conventions import FPS, GRAVITY, SIDES
 from ...curves import bump, hermite
 from ...randomness import Stream
-from ..score import Plant, Score
+from ..score import FootContact, Score
 from .striding import Gait, Swing, flowing, striding, with_air
 from .style import Carriage, Style
 
@@ -24,7 +24,7 @@ class _Run:
     is down. knee: most bent in the swing, thigh: most raised, degrees. lean: of the chest. tall: height of
     the hips at take-off, leg lengths. elbow: bend on top of the style's. swing: of the arms.
 
-    Of the swinging leg, fitted for little jerk of the ankle between its plants: shares, full: of ``Swing``.
+    Of the swinging leg, fitted for little jerk of the ankle in the air: shares, full: of ``Swing``.
     thighs: degrees as it leaves, soon after and as it lands; raised: between them shares of its most.
     knees: degrees as it leaves, towards landing and in it; bent: between them shares of its most."""
 
@@ -102,7 +102,7 @@ def run(stream: Stream, frames: int, kind: str = "run") -> Score:
         style=replace(Style.draw(stream), asymmetry=stream.normal(0.04)),
     )
     landing = stream.uniform(-0.22, 0.16)
-    feet = gait.feet(lambda k: _plant(gait, round(gait.strike(k)), landing))
+    feet = gait.feet(lambda k: _contact(gait, round(gait.strike(k)), landing))
     knee, thigh = stream.uniform(*plan.knee), stream.uniform(*plan.thigh)
     (back, soon, lands), (leaves, late, ends) = plan.thighs, plan.knees
     swing = Swing(
@@ -135,7 +135,7 @@ def run(stream: Stream, frames: int, kind: str = "run") -> Score:
         still=stream.choice(((0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.6, 0.0), (0.0, 0.6))),
     )
     score = striding(stream, kind, gait, with_air(feet, swing), carriage, speed=speed)
-    contacts = sorted((plant.strike, plant.off) for foot in feet.values() for plant in foot.plants)
+    contacts = sorted((each.strike, each.off) for foot in feet.values() for each in foot.contacts)
     # from the last frame borne to the first one borne again, as far as the clip shows them
     gaps = [(before[1], after[0]) for before, after in pairwise(contacts) if after[0] > before[1]]
     tall, soft = stream.uniform(*plan.tall), 0.018 * gait.style.bounce
@@ -147,11 +147,11 @@ def run(stream: Stream, frames: int, kind: str = "run") -> Score:
     )
 
 
-def _plant(gait: Gait, strike: int, landing: float) -> Plant:
+def _contact(gait: Gait, strike: int, landing: float) -> FootContact:
     """Feet come down a little before the body, nearly flat, and leave far behind it."""
     down = max(round(gait.duty * gait.stride), 4)
     heading, place, _ = gait.course.at(strike + 0.39 * down)
-    return Plant(
+    return FootContact(
         place=place,
         width=0.35 * gait.style.stance,
         heading=heading,

@@ -10,7 +10,7 @@ import numpy as np
 from ...conventions import FPS, SIDES
 from ...curves import plateau, ramp, through
 from ...randomness import Stream
-from ..score import Air, Foot, Hand, HandPlant, Plant, Score, Trunk
+from ..score import Air, Foot, FootContact, Hand, HandContact, Score, Trunk
 from .arms import Move, Shape, Triple, moving
 from .style import Performer, Style, along
 
@@ -60,12 +60,14 @@ class Stance:
         return replace(self, feet={**self.feet, side: foot})
 
     def stepped(
-        self, side: str, landing: Plant, lift: int, off: int, off_pitch: float, lift_height: float
+        self, side: str, landing: FootContact, lift: int, off: int, off_pitch: float, lift_height: float
     ) -> Stance:
         """A stance in which one foot leaves its last place for another one."""
         foot = self.feet[side]
-        leaving = replace(foot.plants[-1], lift=lift, off=off, off_pitch=off_pitch, lift_height=lift_height)
-        return self.moved(side, replace(foot, plants=(*foot.plants[:-1], leaving, landing)))
+        leaving = replace(
+            foot.contacts[-1], lift=lift, off=off, off_pitch=off_pitch, lift_height=lift_height
+        )
+        return self.moved(side, replace(foot, contacts=(*foot.contacts[:-1], leaving, landing)))
 
     def relieved(self, side: str, start: int, end: int, share: float) -> Stance:
         """A stance with so much of the weight taken off a foot while it is not flat."""
@@ -77,8 +79,10 @@ class Stance:
 
 def stance(heading: float, style: Style, frames: int, support: np.ndarray, width: float) -> Stance:
     """Both feet side by side for the whole clip. width: half hip widths."""
-    plant = Plant((0.0, 0.0), width, heading, style.toe_out, strike=-EVER, flat=-EVER, lift=EVER, off=EVER)
-    feet = {side: Foot((plant,), np.zeros(frames)) for side in SIDES}
+    contact = FootContact(
+        (0.0, 0.0), width, heading, style.toe_out, strike=-EVER, flat=-EVER, lift=EVER, off=EVER
+    )
+    feet = {side: Foot((contact,), np.zeros(frames)) for side in SIDES}
     return Stance(np.full(frames, heading), feet, support)
 
 
@@ -120,7 +124,7 @@ def small_step(
     ahead: leg lengths. wider: half hip widths outward. turned: radians, of the foot and of its place
     around the body. lasting: frames from lifting the heel to the sole's being flat again.
     """
-    last = feet.feet[side].plants[-1]
+    last = feet.feet[side].contacts[-1]
     flat = start + lasting
     # a foot that goes back is not pushed off
     pitch = (0.45 if ahead >= 0.0 else 0.15) * STEP / lasting
@@ -145,7 +149,7 @@ def step_to(
     dance. The weight is left to the caller."""
     flat = start + lasting - 1
     landing = replace(
-        feet.feet[side].plants[-1],
+        feet.feet[side].contacts[-1],
         place=place,
         heading=heading,
         strike=flat - 3,
@@ -191,7 +195,7 @@ class Scene(Performer):
         aside = self.style.aside + 0.42 * stream.uniform(0.0, 1.0) ** 1.5
         self.style = replace(self.style, aside=aside)
         self.moves: dict[str, list[Move]] = {side: [] for side in SIDES}
-        self.plants: dict[str, list[HandPlant]] = {side: [] for side in SIDES}
+        self.contacts: dict[str, list[HandContact]] = {side: [] for side in SIDES}
         self.pelvis, self.chest, self.gaze = (np.zeros((frames, 3)) for _ in range(3))
         self.low, self.ahead = np.zeros(frames), np.zeros(frames)
 
@@ -212,7 +216,7 @@ class Scene(Performer):
         return plateau(self.k, start, top, fall, end)
 
     def weight(self, share: np.ndarray, on_left: float | np.ndarray) -> None:
-        """The weight goes, so far as ``share`` says, to a share of the left foot."""
+        """Shift the weight to a share of the left foot, as far as ``share``."""
         self.feet = replace(self.feet, support=self.feet.support + share * (on_left - self.feet.support))
 
     def arm(
@@ -251,10 +255,10 @@ class Scene(Performer):
         """A foot's way through the air, after those it already has."""
         foot = self.feet.feet[side]
         if foot.air is not None:
-            mine = air.weight > 0.0
+            active = air.weight > 0.0
             names = ("weight", "swivel", "point")
-            channels = (np.where(mine, getattr(air, name), getattr(foot.air, name)) for name in names)
-            air = Air(np.where(mine[:, None], air.reach, foot.air.reach), *channels)
+            channels = (np.where(active, getattr(air, name), getattr(foot.air, name)) for name in names)
+            air = Air(np.where(active[:, None], air.reach, foot.air.reach), *channels)
         self.feet = self.feet.moved(side, replace(foot, air=air))
 
     def fidget(self) -> None:
@@ -281,7 +285,8 @@ class Scene(Performer):
         soft = self.soft / (1.0 + sinks * sinks)
         self.lean(1.0 / (1.0 + (leans / 0.3) ** 2), 0.3 * self.upright, 0.7 * self.upright)
         hands = {
-            side: replace(moving(self, self.moves[side]), plants=tuple(self.plants[side])) for side in SIDES
+            side: replace(moving(self, self.moves[side]), contacts=tuple(self.contacts[side]))
+            for side in SIDES
         }
         height = 0.990 - soft - 0.012 * np.abs(feet.tip) - self.low
         trunk = self.trunk(self.pelvis.T, self.chest.T, self.gaze.T, follow=0.1)
@@ -302,10 +307,10 @@ def slots(
     share = room / count
     # of each share so much is filled: all of it where there is no time to spare
     filled = 1.0 if calm == 0.0 else min(1.0, 1.1 * length / share)
-    found = []
+    stretches = []
     for number in range(count):
         first = stream.uniform(0.0, 1.0) * (1.0 - filled)
         start = 5.0 + share * (number + first + stream.uniform(0.0, 0.08) * filled)
         end = 5.0 + share * (number + first + stream.uniform(0.92, 1.0) * filled)
-        found.append((float(round(start)), float(round(end))))
-    return found
+        stretches.append((float(round(start)), float(round(end))))
+    return stretches

@@ -20,7 +20,7 @@ from ...conventions import SIDES, sign
 from ...curves import plateau
 from ...randomness import Stream
 from ..fading import bridged, either, joined_air, joined_hand, joined_trunk
-from ..score import Act, Foot, Hand, HandPlant, Plant, Score, Touch, Trunk
+from ..score import Act, Foot, FootContact, Hand, HandContact, Score, Touch, Trunk
 
 
 def cut(score: Score, first: int, frames: int) -> Score:
@@ -29,22 +29,22 @@ def cut(score: Score, first: int, frames: int) -> Score:
     return replace(cut_short, phase=score.phases()[first : first + frames])
 
 
-def _part(whole: Any, first: int, end: int) -> Any:
+def _part(item: Any, first: int, end: int) -> Any:
     """A score, or a part of one, with its channels cut and its stays so much earlier."""
-    if isinstance(whole, np.ndarray):
-        return whole[first:end]
-    if isinstance(whole, Plant | HandPlant):
-        return whole.later(-first)
-    if isinstance(whole, tuple):
-        return tuple(_part(each, first, end) for each in whole)
-    if isinstance(whole, Mapping):
-        return {name: _part(each, first, end) for name, each in whole.items()}
-    if isinstance(whole, Score | Trunk | Foot | Hand | Touch):
-        return replace(whole, **_part(vars(whole), first, end))
-    return whole
+    if isinstance(item, np.ndarray):
+        return item[first:end]
+    if isinstance(item, FootContact | HandContact):
+        return item.later(-first)
+    if isinstance(item, tuple):
+        return tuple(_part(each, first, end) for each in item)
+    if isinstance(item, Mapping):
+        return {name: _part(each, first, end) for name, each in item.items()}
+    if isinstance(item, Score | Trunk | Foot | Hand | Touch):
+        return replace(item, **_part(vars(item), first, end))
+    return item
 
 
-Stay = TypeVar("Stay", Plant, HandPlant)
+Stay = TypeVar("Stay", FootContact, HandContact)
 Kind = Callable[[Stream, int], Score]
 
 TRANSITION = "transition"
@@ -60,7 +60,7 @@ _HIP_HALF = 0.105
 def stands(score: Score, frame: int) -> bool:
     """True where a performance may be joined to another at its first (0) or last (-1) frame."""
     at = frame % score.frames
-    feet = [_plant(foot, at) is not None and foot.heel[at] == 0.0 for foot in score.feet.values()]
+    feet = [_contact(foot, at) is not None and foot.heel[at] == 0.0 for foot in score.feet.values()]
     calm = all(foot.air is None or foot.air.weight[at] == 0.0 for foot in score.feet.values())
     channels = [foot.kneel for foot in score.feet.values()] + [score.prone]
     up = all(channel is None or channel[at] == 0.0 for channel in channels)
@@ -91,7 +91,7 @@ def strung(
     shares = [stream.uniform(0.75, 1.3) * max(takes.get(name, 0) / 0.8 / _USUAL, 1.0) for name in order]
     room = frames - BRIDGE * (len(order) - 1)
     ends = np.round(np.cumsum([0.0, *shares]) / sum(shares) * room).astype(int).tolist()
-    whole: Score | None = None
+    sequence: Score | None = None
     before = ""
     for number, name in enumerate(order):
         long, middle = ends[number + 1] - ends[number], (number > 0, number < len(order) - 1)
@@ -101,15 +101,15 @@ def strung(
             offered = [each for each in (name, *among) if takes.get(each, 0) <= long]
             names = [each for each in offered if each != before] or offered
         tries = ((each, drawn(stream.part(number, each), among[each], long, *middle)) for each in names)
-        found = next(((each, score) for each, score in tries if score is not None), None)
-        if found is None:
+        chosen = next(((each, score) for each, score in tries if score is not None), None)
+        if chosen is None:
             raise ValueError(f"no performance of {name} stands where it is joined to another one")
-        before, part = found
-        whole = part if whole is None else joined(whole, part, stream.choice(SIDES))
-    assert whole is not None
-    acts = whole.stretches()
+        before, part = chosen
+        sequence = part if sequence is None else joined(sequence, part, stream.choice(SIDES))
+    assert sequence is not None
+    acts = sequence.stretches()
     names = [act.kind for act in acts if act.kind != TRANSITION]
-    return replace(whole, kind="sequence", parameters={"kinds": "+".join(names)}, acts=acts)
+    return replace(sequence, kind="sequence", parameters={"kinds": "+".join(names)}, acts=acts)
 
 
 def _drawn_order(stream: Stream, names: list[str], count: int) -> list[str]:
@@ -157,25 +157,25 @@ def joined(a: Score, b: Score, anchor: str) -> Score:
 
 
 # ------------------------------------------------------------------------------------------ feet
-def _plant(foot: Foot, frame: int) -> Plant | None:
-    """The plant whose sole is flat in a frame."""
-    return next((plant for plant in foot.plants if plant.flat <= frame <= plant.lift), None)
+def _contact(foot: Foot, frame: int) -> FootContact | None:
+    """The contact whose sole is flat in a frame."""
+    return next((contact for contact in foot.contacts if contact.flat <= frame <= contact.lift), None)
 
 
-def _standing(score: Score, side: str, frame: int) -> Plant:
-    """The plant on which a foot stands in the first (0) or last (-1) frame."""
-    plant = _plant(score.feet[side], frame % score.frames)
-    assert plant is not None
-    return plant
+def _standing(score: Score, side: str, frame: int) -> FootContact:
+    """The contact on which a foot stands in the first (0) or last (-1) frame."""
+    contact = _contact(score.feet[side], frame % score.frames)
+    assert contact is not None
+    return contact
 
 
-def _place(plant: Plant, side: str) -> np.ndarray:
+def _place(contact: FootContact, side: str) -> np.ndarray:
     """(x, z) of a planted foot, leg lengths, on a usual body."""
-    out = sign(side) * plant.width * _HIP_HALF
-    return np.array(plant.place) + out * np.array([np.cos(plant.heading), -np.sin(plant.heading)])
+    out = sign(side) * contact.width * _HIP_HALF
+    return np.array(contact.place) + out * np.array([np.cos(contact.heading), -np.sin(contact.heading)])
 
 
-def _apart(one: Plant, other: Plant, side: str) -> float:
+def _apart(one: FootContact, other: FootContact, side: str) -> float:
     """Difference of two stays of a foot: leg lengths, and a third of the radians it is turned."""
     away = float(np.sqrt(((_place(one, side) - _place(other, side)) ** 2).sum()))
     turned = (one.heading - other.heading) + sign(side) * (one.toe_out - other.toe_out)
@@ -194,24 +194,24 @@ def _brought(a: Score, b: Score, anchor: str) -> Score:
 
     shift = _place(_standing(a, anchor, -1), anchor) - _place(moved(_standing(b, anchor, 0)), anchor)
     feet = {
-        side: replace(foot, plants=tuple(moved(plant, shift) for plant in foot.plants))
+        side: replace(foot, contacts=tuple(moved(contact, shift) for contact in foot.contacts))
         for side, foot in b.feet.items()
     }
     hands = {
-        side: replace(hand, plants=tuple(moved(plant, shift) for plant in hand.plants))
+        side: replace(hand, contacts=tuple(moved(contact, shift) for contact in hand.contacts))
         for side, hand in b.hands.items()
     }
     return replace(b, heading=b.heading + turned, path=b.path @ turn + shift, feet=feet, hands=hands)
 
 
 def _joined_foot(a: Score, b: Score, side: str, steps: bool) -> Foot:
-    """Plants that go on: the last of ``a`` bears until the first of ``b`` lifts, or a step is between."""
+    """Contacts that go on: the last of ``a`` bears until the first of ``b`` lifts, or a step is between."""
     one, two = a.feet[side], b.feet[side]
     start, last, first = a.frames + BRIDGE, _standing(a, side, -1), _standing(b, side, 0)
-    before = one.plants[: one.plants.index(last)]
-    after = tuple(plant.later(start) for plant in two.plants[two.plants.index(first) + 1 :])
+    before = one.contacts[: one.contacts.index(last)]
+    after = tuple(contact.later(start) for contact in two.contacts[two.contacts.index(first) + 1 :])
     first = first.later(start)
-    stays: tuple[Plant, ...]
+    stays: tuple[FootContact, ...]
     if steps:
         lift = a.frames + 8
         leaving = replace(last, lift=lift, off=lift + 5, off_pitch=0.45, lift_height=0.06)
@@ -221,7 +221,7 @@ def _joined_foot(a: Score, b: Score, side: str, steps: bool) -> Foot:
         stays = (replace(last, **leaves),)
     frames = a.frames, b.frames, BRIDGE
     return Foot(
-        plants=(*before, *stays, *after),
+        contacts=(*before, *stays, *after),
         heel=np.concatenate([one.heel, np.zeros(BRIDGE), two.heel]),
         air=joined_air(one.air, two.air, *frames),
         kneel=either(one.kneel, two.kneel, *frames),

@@ -13,7 +13,7 @@ import numpy as np
 from ...conventions import SIDES, sign
 from ...curves import smooth
 from ...randomness import Stream
-from ..score import HandPlant, Plant, Score
+from ..score import FootContact, HandContact, Score
 from . import arms
 from .arms import Shape
 from .kneeling import kneel
@@ -73,11 +73,11 @@ def sit(stream: Stream, frames: int, kind: str = "sit") -> Score:
         return kneel(stream, frames, rises=True)
     # the whole of sitting down and getting up, of which the clip shows one part
     seat = _Seat.draw(stream, frames, on)
-    whole = round(seat.last) + 6
-    scene = Scene(stream, whole, width=stream.uniform(1.0, 1.6), shift=0.1, loose=0.3)
+    length = round(seat.last) + 6
+    scene = Scene(stream, length, width=stream.uniform(1.0, 1.6), shift=0.1, loose=0.3)
     first, down, up, last = seat.first, seat.down, seat.up, seat.last
-    late, soon = (0.10, 0.96) if on == "seat" else (0.30, 0.82)
-    lowered = scene.held(first + late * down, first + down, last - up, last - late * up)
+    delay, soon = (0.10, 0.96) if on == "seat" else (0.30, 0.82)
+    lowered = scene.held(first + delay * down, first + down, last - up, last - delay * up)
     behind = scene.held(first, first + soon * down, last - (soon + 0.02) * up, last - 0.05 * up)
     scene.low = seat.low * lowered
     _lean(scene, seat)
@@ -88,10 +88,10 @@ def sit(stream: Stream, frames: int, kind: str = "sit") -> Score:
     else:
         _hands_on_the_floor(scene, seat)
     score = scene.score(kind, on=on, arms=seat.hands, legs=seat.legs)
-    back = -rows(whole, np.sin(scene.feet.heading), np.cos(scene.feet.heading))
+    back = -rows(length, np.sin(scene.feet.heading), np.cos(scene.feet.heading))
     path = seat.far * behind[:, None] * back
     score = replace(score, path=path, balance=1.0 - smooth((lowered - 0.35) / 0.6))
-    return cut(score, whole - frames if rises else 0, frames)
+    return cut(score, length - frames if rises else 0, frames)
 
 
 # ------------------------------------------------------------------------------------------- trunk
@@ -104,9 +104,11 @@ def _lean(scene: Scene, seat: _Seat) -> None:
         scene.held(last - 1.2 * up, last - 0.72 * up, last - 0.66 * up, last),
     ):
         scene.lean(share, 0.55 * deep, 0.45 * deep, 0.15)
-    soon, late = (0.6, 1.1) if seat.on == "seat" else (0.45, 0.95)
+    begin_share, end_share = (0.6, 1.1) if seat.on == "seat" else (0.45, 0.95)
     calm = 0.7 if seat.on == "seat" else 0.58
-    seated = scene.held(first + soon * down, first + late * down, last - 1.1 * up, last - calm * up)
+    seated = scene.held(
+        first + begin_share * down, first + end_share * down, last - 1.1 * up, last - calm * up
+    )
     tilt = seat.tilt if seat.on == "floor" else 0.6 * seat.tilt - 0.08
     chest = -0.17 * seat.tilt if seat.on == "floor" else 0.4 * seat.tilt + 0.02
     scene.bend(
@@ -137,7 +139,7 @@ def _legs(scene: Scene, seat: _Seat) -> None:
     stream, (start, end) = scene.stream, seat.sat
     places, feet = _feet(stream, seat), scene.feet
     at = round(start + stream.uniform(2.0, 14.0))
-    stands = {side: feet.feet[side].plants[-1] for side in SIDES}
+    stands = {side: feet.feet[side].contacts[-1] for side in SIDES}
     for number, (side, (ahead, width, toe_out)) in enumerate(places.items()):
         lasting, heading = round(stream.uniform(19.0, 26.0)), scene.heading
         goes, comes = at + number * (lasting + 2), round(end) - 30 * (number + 1)
@@ -152,7 +154,7 @@ def _legs(scene: Scene, seat: _Seat) -> None:
     scene.feet = feet
 
 
-def _set(feet: Stance, side: str, start: int, lasting: int, there: Plant, pitch: float) -> Stance:
+def _set(feet: Stance, side: str, start: int, lasting: int, there: FootContact, pitch: float) -> Stance:
     """One foot goes to another place while nothing bears on it, its toe last and first."""
     # a foot that is kept level neither peels off nor rolls down
     roll = 5 if pitch else 0
@@ -198,17 +200,17 @@ _BESIDE = Shape(
 def _hands_on_a_seat(scene: Scene, seat: _Seat) -> None:
     """On the knees, in the lap, beside the thighs or crossed; at ease before and after."""
     stream = scene.stream
-    mine = stream.choice(SIDES)
+    chosen = stream.choice(SIDES)
     shapes = {
         "knees": dict.fromkeys(SIDES, "knee"),
-        "one knee": {mine: "knee", arms.other(mine): stream.choice(("lap", "beside"))},
+        "one knee": {chosen: "knee", arms.other(chosen): stream.choice(("lap", "beside"))},
         "lap": dict.fromkeys(SIDES, "lap"),
         "beside": dict.fromkeys(SIDES, "beside"),
-        "crossed": {mine: "ribs", arms.other(mine): "upper_arm"},
+        "crossed": {chosen: "ribs", arms.other(chosen): "upper_arm"},
     }[seat.hands]
     for side, what in shapes.items():
-        late = stream.uniform(0.0, 8.0)
-        start, end = seat.first + 0.45 * seat.down + late, seat.last - 0.55 * seat.up - late
+        delay = stream.uniform(0.0, 8.0)
+        start, end = seat.first + 0.45 * seat.down + delay, seat.last - 0.55 * seat.up - delay
         if what == "knee":
             scene.touch(side, arms.on("knee", side), start, end, 28.0)
         elif what in ("ribs", "upper_arm"):
@@ -221,17 +223,17 @@ def _hands_on_a_seat(scene: Scene, seat: _Seat) -> None:
 def _hands_on_the_floor(scene: Scene, seat: _Seat) -> None:
     """Both on the floor behind the hips, fingers outward; ahead as a counterweight on the way. A
     hand that is not leaned on lies on the thigh, or both on the knees."""
-    mine = scene.stream.choice(SIDES)
-    leaning = {"behind": SIDES, "one behind": (mine,), "knees": ()}[seat.hands]
+    chosen = scene.stream.choice(SIDES)
+    leaning = {"behind": SIDES, "one behind": (chosen,), "knees": ()}[seat.hands]
     first, down, up, last = seat.first, seat.down, seat.up, seat.last
     ahead = Shape((0.10, -0.25, 0.80), swivel=0.2, upright=1.0)
-    stay = HandPlant(
+    stay = HandContact(
         along(scene.heading, -seat.far),
         scene.heading,
         strike=round(seat.sat[0]),
         off=round(seat.sat[1]),
         coming=round(0.42 * down),
-        going=round(0.40 * up),
+        leaving=round(0.40 * up),
         width=scene.stream.uniform(1.1, 1.5),
         ahead=scene.stream.uniform(-0.64, -0.56),
         turned=0.9,
@@ -241,7 +243,7 @@ def _hands_on_the_floor(scene: Scene, seat: _Seat) -> None:
         scene.arm(side, first + 0.05 * down, first + 0.5 * down, ahead, (0.05, 0.0, 0.0))
         if side in leaning:
             scene.arm(side, last - 0.5 * up, last - 0.05 * up)
-            scene.plants[side].append(stay)
+            scene.contacts[side].append(stay)
         elif leaning:
             scene.hold(side, _THIGH, start, end, 32.0, (0.05, 0.0, 0.05))
         else:

@@ -8,7 +8,7 @@ import numpy as np
 from ...conventions import FPS, SIDES
 from ...curves import bump, plateau, ramp, wander
 from ...randomness import Stream
-from ..score import Foot, Hand, HandPlant, Score, Touch
+from ..score import Foot, Hand, HandContact, Score, Touch
 from .arms import Shape, Triple
 from .scene import STEP, Scene, shifting, slots, small_step, stance
 from .sequencing import cut
@@ -49,15 +49,15 @@ def squat(stream: Stream, frames: int) -> Score:
         feet = small_step(feet, side, 5, wider=0.8 * width)
     # heels rise together
     heel = toes * rising
-    feet = replace(feet, feet={side: Foot(foot.plants, heel) for side, foot in feet.feet.items()})
+    feet = replace(feet, feet={side: Foot(foot.contacts, heel) for side, foot in feet.feet.items()})
     trunk = person.trunk(
         pelvis=(0.0, 0.03 + 0.55 * lean * down, 0.0),
         chest=(0.0, 0.45 * lean * down, 0.0),
         gaze=(0.0, 0.22 * lean * down, 0.0),
     )
     hands = {side: _hand(person, arms, times, down, side) for side in SIDES}
-    told: dict[str, float | str] = {"arms": arms, "deep": deep, "lean": lean, "toes": toes}
-    return feet.score("squat", 0.994 - (0.994 - deep) * down + 0.3 * heel, trunk, hands, told)
+    parameters: dict[str, float | str] = {"arms": arms, "deep": deep, "lean": lean, "toes": toes}
+    return feet.score("squat", 0.994 - (0.994 - deep) * down + 0.3 * heel, trunk, hands, parameters)
 
 
 def _hand(person: Performer, arms: str, times: Times, down: np.ndarray, side: str) -> Hand:
@@ -99,20 +99,20 @@ def touch_floor(stream: Stream, frames: int) -> Score:
         bent = scene.held(start, start + down, end - down, end)
         scene.low += (0.14 if how == "stoop" else 0.38) * bent
         scene.lean(bent, *((0.88, 0.64, 1.15) if how == "stoop" else (0.42, 0.62, 0.75)))
-        stay = HandPlant(
+        stay = HandContact(
             place,
             scene.heading,
             round(start + down),
             round(end - down),
             coming=round(0.62 * down),
-            going=round(0.62 * down),
+            leaving=round(0.62 * down),
             width=0.75,
             turned=-0.15,
             tilt=1.25,
             crouch=True,
         )
         for side in hands:
-            scene.plants[side].append(stay)
+            scene.contacts[side].append(stay)
             reaching = Shape((0.0, -0.75, 0.52), swivel=0.15, upright=1.0)
             scene.arm(side, start + 0.1 * down, start + 0.8 * down, reaching)
             scene.arm(side, end - 0.8 * down, end)
@@ -127,14 +127,14 @@ def lift(stream: Stream, frames: int) -> Score:
     """Down by the knees or the back, both hands to the box, up with it; where there is time, down again."""
     round_trip = 4 * (_DOWN + _GRIP) + 20
     back = frames >= round_trip
-    whole = frames if back else max(frames, _DOWN + _GRIP + _UP + 16)
-    scene = Scene(stream, whole, width=stream.uniform(1.3, 1.8), shift=0.1, loose=0.3)
+    length = frames if back else max(frames, _DOWN + _GRIP + _UP + 16)
+    scene = Scene(stream, length, width=stream.uniform(1.3, 1.8), shift=0.1, loose=0.3)
     how = stream.choice(("squat", "squat", "stoop"))
     ahead, half = stream.uniform(0.34, 0.42), stream.uniform(0.26, 0.36)
     level, carried = stream.uniform(0.34, 0.46), (stream.uniform(-0.52, -0.36), stream.uniform(0.50, 0.62))
     start = 6
     grip = start + _DOWN
-    taking = HandPlant(
+    taking = HandContact(
         along(scene.heading, ahead),
         scene.heading,
         grip,
@@ -146,44 +146,44 @@ def lift(stream: Stream, frames: int) -> Score:
         level=level,
         crouch=True,
     )
-    plants = [taking]
+    contacts = [taking]
     ends: tuple[float, float] = (1e6, 1e6 + 1.0)
     bent = scene.held(start, grip, grip + _GRIP, grip + _GRIP + _UP)
     if back:
-        put = whole - 6 - _UP - _GRIP
-        coming, going = round(0.75 * _DOWN), round(0.6 * _UP)
-        plants.append(replace(taking, strike=put, off=put + _GRIP, coming=coming, going=going))
+        put = length - 6 - _UP - _GRIP
+        coming, leaving = round(0.75 * _DOWN), round(0.6 * _UP)
+        contacts.append(replace(taking, strike=put, off=put + _GRIP, coming=coming, leaving=leaving))
         bent = bent + scene.held(put - _DOWN, put, put + _GRIP, put + _GRIP + _UP)
         ends = (put + _GRIP, put + _GRIP + 0.8 * _UP)
     scene.low += (0.32 if how == "squat" else 0.14) * bent
     scene.lean(bent, *((0.40, 0.62, 0.50) if how == "squat" else (0.95, 0.60, 0.95)))
-    taken = plateau(scene.k, start + 0.1 * _DOWN, start + 0.9 * _DOWN, *ends)
-    held = taken * ramp(scene.k, grip, grip + _UP)
+    holding = plateau(scene.k, start + 0.1 * _DOWN, start + 0.9 * _DOWN, *ends)
+    held = holding * ramp(scene.k, grip, grip + _UP)
     scene.lean(held * (1.0 - bent), -0.05, -0.08)
-    hands = _both_hands(scene, (half, *carried), taken, tuple(plants))
+    hands = _both_hands(scene, (half, *carried), holding, tuple(contacts))
     score = replace(scene.score("lift", how=how, width=2.0 * half, level=level), hands=hands)
-    return cut(score, 0 if back else stream.choice((0, whole - frames)), frames)
+    return cut(score, 0 if back else stream.choice((0, length - frames)), frames)
 
 
 def _both_hands(
-    scene: Scene, carried: Triple, taken: np.ndarray, plants: tuple[HandPlant, ...]
+    scene: Scene, carried: Triple, holding: np.ndarray, contacts: tuple[HandContact, ...]
 ) -> dict[str, Hand]:
     """Hands at ease, then as far apart as the box is wide, whatever else happens. carried: where the wrists
     hold it before the body (out, up, forward), arm lengths."""
     frames, small = scene.frames, [wander(scene.stream, scene.t, 0.008) for _ in range(2)]
     held = np.array(carried) + rows(frames, 0.0, *small)
-    out = bump(taken)[:, None] * np.array([0.10, 0.0, 0.05])
+    out = bump(holding)[:, None] * np.array([0.10, 0.0, 0.05])
     hands = {}
     for side in SIDES:
         hang = scene.hang(0.03, 0.02, 0.05)
         hands[side] = Hand(
-            reach=hang + taken[:, None] * (held - hang) + out,
-            upright=0.7 + 0.3 * taken,
-            middle=taken,
-            swivel=0.15 * taken,
+            reach=hang + holding[:, None] * (held - hang) + out,
+            upright=0.7 + 0.3 * holding,
+            middle=holding,
+            swivel=0.15 * holding,
             wrist=rows(frames, 0.18, 0.0, 0.0),
             aim=np.tile([-1.0, 0.0, 0.0, 0.0, -0.35, 0.94], (frames, 1)),
-            aimed=taken,
-            plants=plants,
+            aimed=holding,
+            contacts=contacts,
         )
     return hands

@@ -12,7 +12,7 @@ import numpy as np
 from ...conventions import GRAVITY, SIDES, sign
 from ...curves import plateau, ramp, through
 from ...randomness import Stream
-from ..score import Air, Foot, Hand, Plant, Score, Trunk
+from ..score import Air, Foot, FootContact, Hand, Score, Trunk
 from .style import Carriage, Performer, Style, hanging, rows
 
 MARGIN = 90
@@ -88,9 +88,9 @@ class Gait:
         shift = 0.0 if self.lead == "left" else 0.5 * self.stride
         return 2.0 * np.pi * (np.arange(self.frames) - self.first - shift) / self.stride
 
-    def feet(self, plant: Callable[[int], Plant]) -> dict[str, Foot]:
-        """Feet with a stay from every strike on: ``plant(k)``."""
-        stays = {side: tuple(plant(k) for k in self.steps if self.side(k) == side) for side in SIDES}
+    def feet(self, contact: Callable[[int], FootContact]) -> dict[str, Foot]:
+        """Feet with a stay from every strike on: ``contact(k)``."""
+        stays = {side: tuple(contact(k) for k in self.steps if self.side(k) == side) for side in SIDES}
         return {side: Foot(stays[side], np.zeros(self.frames)) for side in SIDES}
 
     @cached_property
@@ -152,28 +152,28 @@ class Tread:
     under: float = 0.296
 
 
-def plants(gait: Gait, side: str, tread: Tread) -> tuple[Plant, ...]:
+def contacts(gait: Gait, side: str, tread: Tread) -> tuple[FootContact, ...]:
     """The stays of one foot along the way."""
-    found = []
-    mine = [k for k in gait.steps if gait.side(k) == side]
+    stays = []
+    steps = [k for k in gait.steps if gait.side(k) == side]
     down = gait.down(side)
     if gait.starts:
-        off = round(gait.strike(mine[0]) - (1.0 - down) * gait.stride)
-        found.append(_plant(gait, tread, -EVER, off, place_at=-MARGIN))
-    for k in mine:
+        off = round(gait.strike(steps[0]) - (1.0 - down) * gait.stride)
+        stays.append(_contact(gait, tread, -EVER, off, place_at=-MARGIN))
+    for k in steps:
         strike, off = round(gait.strike(k)), round(gait.strike(k) + down * gait.stride)
         place_at = gait.strike(k) + tread.under * gait.stride
         if gait.stops and k >= gait.steps[-2]:
             off, place_at = EVER, float(EVER)
-        found.append(_plant(gait, tread, strike, off, place_at))
-    return tuple(found)
+        stays.append(_contact(gait, tread, strike, off, place_at))
+    return tuple(stays)
 
 
-def _plant(gait: Gait, tread: Tread, strike: int, off: int, place_at: float) -> Plant:
+def _contact(gait: Gait, tread: Tread, strike: int, off: int, place_at: float) -> FootContact:
     heading, place, _ = gait.course.at(place_at)
     landing, leaving = gait.course.at(strike)[2], gait.course.at(off)[2]
     peel = max(round((tread.peel[0] + tread.peel[1] * leaving) * gait.stride), 3)
-    return Plant(
+    return FootContact(
         place=place,
         width=gait.style.stance * (tread.width + (1.0 - tread.width) * (1.0 - landing)),
         heading=heading,
@@ -206,7 +206,7 @@ def hung(thigh: np.ndarray, knee: np.ndarray, out: float | np.ndarray = 0.0) -> 
 
 @dataclass(frozen=True)
 class Swing:
-    """A foot's way between two plants. shares, thigh, knee: degrees at shares of a swing. full: shares
+    """A foot's way between two contacts. shares, thigh, knee: degrees at shares of a swing. full: shares
     between which the foot is where these angles say, to the part ``most``. point: of the toes, radians.
     out: leg lengths outward. curve: through the angles."""
 
@@ -219,13 +219,13 @@ class Swing:
     out: float = -0.02
     curve: Callable[[np.ndarray, Sequence[float], Sequence[float]], np.ndarray] = through
 
-    def air(self, plants: Sequence[Plant], frames: int) -> Air:
-        """The air of every swing between plants."""
+    def air(self, contacts: Sequence[FootContact], frames: int) -> Air:
+        """The air of every swing between contacts."""
         t, zero = np.arange(frames, dtype=float), np.zeros(frames)
         weight, thigh, knee = zero.copy(), zero.copy(), zero.copy()
-        for plant, after in pairwise(plants):
-            inside = (t > plant.off) & (t < after.strike)
-            share = (t[inside] - plant.off) / (after.strike - plant.off)
+        for contact, after in pairwise(contacts):
+            inside = (t > contact.off) & (t < after.strike)
+            share = (t[inside] - contact.off) / (after.strike - contact.off)
             weight[inside] = self.most * plateau(share, 0.0, *self.full, 1.0)
             thigh[inside] = np.radians(self.curve(share, self.shares, self.thigh))
             knee[inside] = np.radians(self.curve(share, self.shares, self.knee))
@@ -260,7 +260,7 @@ def stepping(gait: Gait, tread: Tread, lame: Tread | None = None) -> dict[str, F
     still, treads = np.zeros(gait.frames), dict.fromkeys(SIDES, tread)
     if lame is not None:
         treads[gait.lame] = lame
-    return {side: Foot(plants(gait, side, treads[side]), still) for side in SIDES}
+    return {side: Foot(contacts(gait, side, treads[side]), still) for side in SIDES}
 
 
 def striding(
@@ -322,7 +322,9 @@ def striding(
 
 def with_air(feet: Mapping[str, Foot], swing: Swing) -> dict[str, Foot]:
     """The same steps, carried higher."""
-    return {side: replace(foot, air=swing.air(foot.plants, len(foot.heel))) for side, foot in feet.items()}
+    return {
+        side: replace(foot, air=swing.air(foot.contacts, len(foot.heel))) for side, foot in feet.items()
+    }
 
 
 def _trunk(

@@ -159,7 +159,7 @@ def catch(stream: Stream, frames: int) -> Score:
         room = end - start
         aside, level = stream.uniform(-0.30, 0.30), stream.uniform(-0.35, 0.45)
         met = start + 0.36 * room
-        taken = met + 9.0
+        caught = met + 9.0
         away = end - 0.24 * room
         for side in SIDES:
             to = aside * sign(side)
@@ -169,10 +169,10 @@ def catch(stream: Stream, frames: int) -> Score:
             reach, palm, fingers = (wide + 0.2 * to, -0.52, 0.42), (-1.0, 0.0, -0.1), (-0.1, 0.3, 0.95)
             held = Shape(reach, wrist, 0.35, 0.6, 1.0, palm=palm, fingers=fingers)
             scene.arm(side, start, met - 2.0, out, (0.05, 0.0, 0.05))
-            scene.arm(side, met - 1.0, taken + 4.0, held)
+            scene.arm(side, met - 1.0, caught + 4.0, held)
             scene.arm(side, away, end)
-        ready = scene.held(start, met - 4.0, met, taken + 4.0)
-        give = scene.held(met - 2.0, taken, taken + 4.0, taken + 18.0)
+        ready = scene.held(start, met - 4.0, met, caught + 4.0)
+        give = scene.held(met - 2.0, caught, caught + 4.0, caught + 18.0)
         scene.low += 0.05 * ready + 0.07 * give
         scene.bend(
             ready,
@@ -181,7 +181,7 @@ def catch(stream: Stream, frames: int) -> Score:
             gaze=(-0.5 * aside, -0.3 * level, 0.0),
         )
         scene.lean(give, 0.04, 0.14, 0.25)
-        scene.weight(scene.held(start, met - 2.0, taken, end - 4.0), 0.5 + 0.3 * aside)
+        scene.weight(scene.held(start, met - 2.0, caught, end - 4.0), 0.5 + 0.3 * aside)
     return scene.score("catch")
 
 

@@ -125,12 +125,12 @@ class Performer:
             0.012 * self.style.loose * np.sin(2.0 * np.pi * (0.27 * self.t + self.stream.uniform(0.0, 1.0)))
         )
         turn, lean, aside = (self.wander(size) for size in (0.012, 0.010, 0.008))
-        look = [self.wander(size, 0.1, 0.6) for size in (0.06, 0.03, 0.025)]
+        glances = [self.wander(size, 0.1, 0.6) for size in (0.06, 0.03, 0.025)]
         small = rows(frames, turn, lean - breath, aside)
         return Trunk(
             pelvis=rows(frames, *pelvis) + 0.35 * small + 0.3 * posture,
             chest=rows(frames, *chest) + small + 0.7 * posture,
-            gaze=rows(frames, *gaze) + rows(frames, *look) + 0.5 * posture,
+            gaze=rows(frames, *gaze) + rows(frames, *glances) + 0.5 * posture,
             follow=follow,
         )
 
@@ -176,7 +176,7 @@ _BRISK = ((0.45, 0.72), (-0.32, -0.14), (-0.02, 0.10), (0.0, 0.4), (0.5, 0.8), (
 _HELD_OUT = ((0.24, 0.45), (-0.22, 0.00), (0.10, 0.45), (0.0, 0.5), (0.3, 0.6), (0.0, 0.6))
 _RAISED = ((0.42, 0.70), (-0.55, -0.30), (0.00, 0.20), (0.9, 1.5), (0.3, 0.6), (0.1, 0.7))
 _WAYS = (_HANGING,) * 4 + (_BRISK,) * 3 + (_HELD_OUT,) * 2 + (_RAISED,) * 2
-"""Ranges of what ``Carriage`` says of arms, in the order of ``_ARMS``."""
+"""Ranges of the arms in ``Carriage``, in the order of ``_ARMS``."""
 
 
 def personal(stream: Stream, style: Style, step: float) -> Carriage:

@@ -9,7 +9,7 @@ import numpy as np
 from ...conventions import FPS, SIDES, sign
 from ...curves import ramp, wander
 from ...randomness import Stream
-from ..score import Plant, Score, Stairs
+from ..score import FootContact, Score, Stairs
 from .striding import Gait, Swing, Tread, stepping, striding, with_air
 from .style import Carriage, Style, along, personal, seconds
 
@@ -153,7 +153,7 @@ def march(stream: Stream, frames: int) -> Score:
         hinge=0.1,
     )
     score = striding(stream, "march", drawn, feet, carriage, thigh=thigh)
-    strikes = sorted(plant.strike for foot in feet.values() for plant in foot.plants)
+    strikes = sorted(contact.strike for foot in feet.values() for contact in foot.contacts)
     return replace(score, impacts=tuple(strike for strike in strikes if 0 <= strike < frames))
 
 
@@ -277,10 +277,10 @@ def _over(drawn: Gait, k: int) -> tuple[float, float]:
     return drawn.course.at(drawn.strike(k) + 0.30 * drawn.stride)[1]
 
 
-def _on_step(drawn: Gait, k: int, level: float, riser: float, up: int) -> Plant:
+def _on_step(drawn: Gait, k: int, level: float, riser: float, up: int) -> FootContact:
     strike = round(drawn.strike(k))
     off = round(drawn.strike(k) + drawn.duty * drawn.stride)
-    return Plant(
+    return FootContact(
         place=_over(drawn, k),
         width=0.8 * drawn.style.stance,
         heading=drawn.heading,

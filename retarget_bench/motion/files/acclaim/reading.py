@@ -54,10 +54,10 @@ def read(path: Path, skeleton: str | PathLike[str] | None = None) -> Recording:
     if _is_skeleton(path):
         body, motion, notes = read_skeleton(path), None, ["a skeleton alone: one frame, the pose at rest"]
     else:
-        given = beside(path) if skeleton is None else Path(skeleton)
-        body = read_skeleton(given)
-        motion = read_values(path, _widths(body), given)
-        notes = [f"bones from {given.name}", *_without_values(body, motion)]
+        asf = beside(path) if skeleton is None else Path(skeleton)
+        body = read_skeleton(asf)
+        motion = read_values(path, _widths(body), asf)
+        notes = [f"bones from {asf.name}", *_without_values(body, motion)]
     if body.left_out:
         notes.append(f"bones that hang on nothing are left out: {', '.join(body.left_out[:6])}")
     return _recorded(body, motion, notes)
@@ -70,22 +70,26 @@ def beside(path: Path) -> Path:
     while "_" in stems[-1]:
         stems.append(stems[-1].rpartition("_")[0])
     for stem in stems:
-        if (named := path.with_name(stem + _SUFFIX)).is_file():
-            return named
+        if (same_name := path.with_name(stem + _SUFFIX)).is_file():
+            return same_name
     try:
-        found = {each.stem.lower(): each for each in sorted(path.parent.iterdir()) if _named_asf(each)}
+        candidates = {each.stem.lower(): each for each in sorted(path.parent.iterdir()) if _named_asf(each)}
     except OSError:
-        found = {}
+        candidates = {}
     for stem in stems:  # in other capitals
-        if stem.lower() in found:
-            return found[stem.lower()]
-    if len(found) == 1:
-        return next(iter(found.values()))
-    there = f"beside it are {', '.join(each.name for each in found.values())}" if found else "none is there"
-    wanted = " or ".join(dict.fromkeys(f"{stem}{_SUFFIX}" for stem in (stems[0], stems[-1])))
+        if stem.lower() in candidates:
+            return candidates[stem.lower()]
+    if len(candidates) == 1:
+        return next(iter(candidates.values()))
+    there = (
+        f"beside it are {', '.join(each.name for each in candidates.values())}"
+        if candidates
+        else "none is there"
+    )
+    names = " or ".join(dict.fromkeys(f"{stem}{_SUFFIX}" for stem in (stems[0], stems[-1])))
     raise FileError(
         path,
-        f"needs its skeleton, {wanted} in its folder ({there}): say skeleton=FILE",
+        f"needs its skeleton, {names} in its folder ({there}): say skeleton=FILE",
     )
 
 
@@ -204,24 +208,24 @@ def _skeleton(
         sites.append(EndSite(joint, (x, y, z)))
     skeleton = Skeleton(names, parents, offsets, tuple(sites))
     size = reach(skeleton)
-    if not any(np.ptp(seen, axis=0).max() > _STILL * size for seen in steps.values()):
+    if not any(np.ptp(positions, axis=0).max() > _STILL * size for positions in steps.values()):
         rigid = np.array(offsets)
-        for joint, seen in steps.items():
-            rigid[joint] = np.median(seen, axis=0)
+        for joint, positions in steps.items():
+            rigid[joint] = np.median(positions, axis=0)
         return Skeleton(names, parents, rigid, tuple(sites)), None
     places = np.repeat(offsets[None], frames, axis=0)
-    for joint, seen in steps.items():
-        places[:, joint] = seen
+    for joint, positions in steps.items():
+        places[:, joint] = positions
     moved = list(steps)
-    kept = np.array(offsets)
-    kept[moved] = resting(offsets[moved], places[:, moved], _SAME * size)
-    return Skeleton(names, parents, kept, tuple(sites)), places
+    rest_offsets = np.array(offsets)
+    rest_offsets[moved] = resting(offsets[moved], places[:, moved], _SAME * size)
+    return Skeleton(names, parents, rest_offsets, tuple(sites)), places
 
 
-def _columns(values: np.ndarray, dof: Sequence[str], wanted: Sequence[str]) -> np.ndarray:
+def _columns(values: np.ndarray, dof: Sequence[str], axes: Sequence[str]) -> np.ndarray:
     """``(frames, 3)`` the numbers of these degrees of freedom, 0 where there are none."""
     out = np.zeros((len(values), 3))
-    for axis, name in enumerate(wanted):
+    for axis, name in enumerate(axes):
         if name in dof:
             out[:, axis] = values[:, dof.index(name)]
     return out

@@ -61,16 +61,16 @@ class AcclaimSkeleton:
 
 def read_skeleton(path: Path) -> AcclaimSkeleton:
     """The skeleton of a file. Raises FileError, with its line, for whatever is not one."""
-    found = AcclaimSkeleton(path)
+    skeleton = AcclaimSkeleton(path)
     sections = _sections(path)
     for needed in ("bonedata", "hierarchy"):
         if needed not in sections:
             raise FileError(path, f"has no section :{needed}: it is no Acclaim skeleton, or cut off")
-    _units(found, sections.get("units", []))
-    _root(found, sections.get("root", []))
-    bones = _bones(found, sections["bonedata"])
-    _hierarchy(found, bones, sections["hierarchy"])
-    return found
+    _units(skeleton, sections.get("units", []))
+    _root(skeleton, sections.get("root", []))
+    bones = _bones(skeleton, sections["bonedata"])
+    _hierarchy(skeleton, bones, sections["hierarchy"])
+    return skeleton
 
 
 def _sections(path: Path) -> dict[str, list[Line]]:
@@ -91,34 +91,34 @@ def _sections(path: Path) -> dict[str, list[Line]]:
     return sections
 
 
-def _units(found: AcclaimSkeleton, section: Sequence[Line]) -> None:
+def _units(skeleton: AcclaimSkeleton, section: Sequence[Line]) -> None:
     for line in section:
         keyword = line.words[0].lower()
         if keyword == "length":
-            (found.length,) = numbers(line, line.words[1:], 1)
-            if found.length <= 0:
+            (skeleton.length,) = numbers(line, line.words[1:], 1)
+            if skeleton.length <= 0:
                 raise line.fault("the unit of length must be above 0")
         elif keyword == "angle":
             kind = line.words[1].lower() if len(line.words) > 1 else ""
             if kind not in ("deg", "rad"):
                 raise line.fault("angle is deg or rad")
-            found.radians = 1.0 if kind == "rad" else math.radians(1.0)
+            skeleton.radians = 1.0 if kind == "rad" else math.radians(1.0)
 
 
-def _root(found: AcclaimSkeleton, section: Sequence[Line]) -> None:
+def _root(skeleton: AcclaimSkeleton, section: Sequence[Line]) -> None:
     for line in section:
         keyword, words = line.words[0].lower(), line.words[1:]
         if keyword == "order":
-            found.order = _dof(line, words, (*TRANSLATIONS, *ROTATIONS))
+            skeleton.order = _dof(line, words, (*TRANSLATIONS, *ROTATIONS))
         elif keyword == "axis":
-            found.orientation_order = _axis_order(line, words[:1])
+            skeleton.orientation_order = _axis_order(line, words[:1])
         elif keyword == "position":
-            found.position = _triple(line, words)
+            skeleton.position = _triple(line, words)
         elif keyword == "orientation":
-            found.orientation = _angles(line, words, found.radians)
+            skeleton.orientation = _angles(line, words, skeleton.radians)
 
 
-def _bones(found: AcclaimSkeleton, section: Sequence[Line]) -> dict[str, Bone]:
+def _bones(skeleton: AcclaimSkeleton, section: Sequence[Line]) -> dict[str, Bone]:
     bones: dict[str, Bone] = {}
     bone: Bone | None = None
     for line in section:
@@ -139,9 +139,11 @@ def _bones(found: AcclaimSkeleton, section: Sequence[Line]) -> dict[str, Bone]:
             bones[bone.name] = bone
             bone = None
         else:
-            _fact(bone, keyword, line, found.radians)
+            _fact(bone, keyword, line, skeleton.radians)
     if bone is not None:
-        raise FileError(found.path, f"the bone {bone.name!r} has no 'end': the file is cut off", bone.line)
+        raise FileError(
+            skeleton.path, f"the bone {bone.name!r} has no 'end': the file is cut off", bone.line
+        )
     return bones
 
 
@@ -165,9 +167,9 @@ def _fact(bone: Bone, keyword: str, line: Line, radians: float) -> None:
         bone.dof = _dof(line, words, _DOFS)
 
 
-def _hierarchy(found: AcclaimSkeleton, bones: dict[str, Bone], section: Sequence[Line]) -> None:
+def _hierarchy(skeleton: AcclaimSkeleton, bones: dict[str, Bone], section: Sequence[Line]) -> None:
     children: dict[str, list[str]] = {}
-    seen: dict[str, int] = {}
+    lines: dict[str, int] = {}
     for line in section:
         parent, *below = [word.lower() for word in line.words]
         if parent in ("begin", "end") and not below:
@@ -176,18 +178,18 @@ def _hierarchy(found: AcclaimSkeleton, bones: dict[str, Bone], section: Sequence
             if name != _ROOT and name not in bones:
                 raise line.fault(f"{name[:40]!r} is no bone of :bonedata")
         for name in below:
-            if name in seen or name == _ROOT:
-                where = f"line {seen[name]}" if name in seen else ":root"
+            if name in lines or name == _ROOT:
+                where = f"line {lines[name]}" if name in lines else ":root"
                 raise line.fault(f"{name!r} has a parent already, in {where}")
-            seen[name] = line.number
+            lines[name] = line.number
         children.setdefault(parent, []).extend(below)
     if not children.get(_ROOT):
-        raise FileError(found.path, "nothing hangs on the root in :hierarchy")
+        raise FileError(skeleton.path, "nothing hangs on the root in :hierarchy")
     for name, parent_joint in _from_the_root(children):
-        found.bones.append(bones[name])
-        found.parents.append(parent_joint)
-    used = {bone.name for bone in found.bones}
-    found.left_out = [name for name in bones if name not in used]
+        skeleton.bones.append(bones[name])
+        skeleton.parents.append(parent_joint)
+    used = {bone.name for bone in skeleton.bones}
+    skeleton.left_out = [name for name in bones if name not in used]
 
 
 def _from_the_root(children: dict[str, list[str]]) -> Iterator[tuple[str, int]]:
@@ -218,9 +220,9 @@ def _axis_order(line: Line, words: Sequence[str]) -> str:
     return order
 
 
-def _dof(line: Line, words: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
-    found = tuple(word.lower() for word in words)
-    for name in found:
-        if name not in known or found.count(name) > 1:
-            raise line.fault(f"{name[:40]!r} is not one of {', '.join(known)}, or stands here twice")
-    return found
+def _dof(line: Line, words: Sequence[str], allowed: Sequence[str]) -> tuple[str, ...]:
+    names = tuple(word.lower() for word in words)
+    for name in names:
+        if name not in allowed or names.count(name) > 1:
+            raise line.fault(f"{name[:40]!r} is not one of {', '.join(allowed)}, or stands here twice")
+    return names

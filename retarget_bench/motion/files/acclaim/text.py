@@ -55,14 +55,14 @@ def lines(path: Path) -> Iterator[Line]:
 def numbers(line: Line, words: Sequence[str], count: int) -> list[float]:
     """So many finite numbers. Raises FileError where these are others."""
     try:
-        found = [float(word) for word in words]
+        values = [float(word) for word in words]
     except ValueError:
-        found = []
-    sound = all(math.isfinite(each) and abs(each) <= _LONGEST for each in found)
-    if len(found) != count or not sound or any("_" in word for word in words):
-        said = " ".join(words)[:60]
+        values = []
+    sound = all(math.isfinite(each) and abs(each) <= _LONGEST for each in values)
+    if len(values) != count or not sound or any("_" in word for word in words):
+        text = " ".join(words)[:60]
         raise line.fault(
             f"expected {count} finite number{'s' * (count > 1)} behind {line.words[0][:40]!r}, "
-            f"found {said!r}"
+            f"found {text!r}"
         )
-    return found
+    return values

@@ -37,14 +37,14 @@ def read_values(path: Path, widths: Mapping[str, int], skeleton: Path) -> Acclai
     words = data[start:].split()
     if not words:
         raise FileError(path, "has no frames: there is no motion in it", line)
-    found = _alike(words, widths)
-    if found is None:
-        found = _by_lines(path, data[start:], widths, skeleton, line)
-    return AcclaimMotion(found, len(next(iter(found.values()))), radians)
+    values = _alike(words, widths)
+    if values is None:
+        values = _by_lines(path, data[start:], widths, skeleton, line)
+    return AcclaimMotion(values, len(next(iter(values.values()))), radians)
 
 
 def _head(path: Path, data: bytes) -> tuple[int, int, float | None]:
-    """Where the frames begin, in which line, and the unit of angles."""
+    """The offset and line at which frames begin, and the unit of angles."""
     start, number, radians = 0, 1, None
     while start < len(data):
         stop = data.find(b"\n", start)
@@ -56,8 +56,8 @@ def _head(path: Path, data: bytes) -> tuple[int, int, float | None]:
         elif text and not text.startswith((b"#", b":")):
             if text.isdigit():
                 return start, number, radians
-            said = text[:40].decode("utf-8", "replace")
-            raise FileError(path, f"expected the number of the first frame, found {said!r}", number)
+            shown = text[:40].decode("utf-8", "replace")
+            raise FileError(path, f"expected the number of the first frame, found {shown!r}", number)
         start, number = stop + 1, number + 1
     raise FileError(path, "has no frames: there is no motion in it", max(number - 1, 1))
 
@@ -74,7 +74,7 @@ def _alike(words: Sequence[bytes], widths: Mapping[str, int]) -> dict[str, np.nd
     if not order or len(words) % size:
         return None
     frames = len(words) // size
-    found = {}
+    by_bone = {}
     if not all(word.isdigit() for word in words[::size]):
         return None
     for name, place in order:
@@ -84,8 +84,8 @@ def _alike(words: Sequence[bytes], widths: Mapping[str, int]) -> dict[str, np.nd
         values = [_floats(column) for column in columns]
         if any(each is None for each in values):
             return None
-        found[name] = np.array(values, dtype=np.float64).reshape(widths[name], frames).T
-    return found
+        by_bone[name] = np.array(values, dtype=np.float64).reshape(widths[name], frames).T
+    return by_bone
 
 
 def _is_number(word: bytes) -> bool:
@@ -115,7 +115,7 @@ def _by_lines(
         line = Line(path, number, words)
         if len(words) == 1 and words[0].isdigit():
             if frames:
-                _whole(line, frames, started)
+                _check_last(line, frames, started)
             frames.append({})
             started = number
             continue
@@ -125,11 +125,11 @@ def _by_lines(
         if name in frames[-1]:
             raise line.fault(f"{name!r} stands twice in frame {len(frames)}")
         frames[-1][name] = numbers(line, words[1:], widths[name])
-    _whole(Line(path, first + block.count(b"\n"), []), frames, started)
+    _check_last(Line(path, first + block.count(b"\n"), []), frames, started)
     return {name: np.array([frame[name] for frame in frames]) for name in frames[0]}
 
 
-def _whole(line: Line, frames: Sequence[Mapping[str, list[float]]], started: int) -> None:
+def _check_last(line: Line, frames: Sequence[Mapping[str, list[float]]], started: int) -> None:
     """Raises FileError where the last frame names other bones than the first."""
     if not frames[-1]:
         raise FileError(line.path, f"frame {len(frames)} is empty", started)

@@ -23,7 +23,7 @@ import numpy as np
 SCENE, PROBLEM = "scene.npz", "problem.txt"
 NO_TAKE = "0"
 """Asks for no frames: numbers of takes begin at 1."""
-_KEPT: list[Any] = []
+_ALIVE: list[Any] = []
 """Objects of ufbx, none of which may be freed."""
 _MOST_NODES = 100_000
 _MOST_FRAMES = 10_000_000
@@ -48,7 +48,7 @@ _PROBLEMS = {
     "Failed to load": "is damaged: ufbx cannot read it",
     **dict.fromkeys(("UnrecognizedFileFormatError", "Not an FBX file"), "is no FBX file"),
 }
-"""What is said of errors by their type, or by their text."""
+"""Sentences on errors, by their type or their text."""
 
 
 class Refused(Exception):
@@ -65,30 +65,30 @@ def extract(path: Path, take: str) -> dict[str, np.ndarray]:
     if len(nodes) > _MOST_NODES:
         raise Refused(f"has {len(nodes)} nodes; files of up to {_MOST_NODES} are read")
     numbers = {node.element_id: number for number, node in enumerate(nodes)}
-    found = _tree(nodes, numbers)
+    arrays = _tree(nodes, numbers)
     takes = _list(scene.anim_stacks)
-    found["spreads"], curves = _animated(takes, numbers)
-    found |= _meshes(scene, nodes, numbers)
-    concerned = _concerned(found)
+    arrays["spreads"], curves = _animated(takes, numbers)
+    arrays |= _meshes(scene, nodes, numbers)
+    concerned = _concerned(arrays)
     names = [each.name for each in takes]
-    number = _chosen(take, names, found["spreads"], concerned)
+    number = _chosen(take, names, arrays["spreads"], concerned)
     facts = _facts(scene, nodes, takes)
     facts["baked"] = number
     if number is not None:
         rate, spacing = _rate(facts, curves[number])
         facts |= {"rate": rate, "keys_per_second": spacing}
-        moved = [node for node in concerned if (found["spreads"][number, node] >= 0).any()]
+        moved = [node for node in concerned if (arrays["spreads"][number, node] >= 0).any()]
         times = _times(takes[number], curves[number], rate, len(moved))
-        found |= _baked(_keep(takes[number].anim), [nodes[node] for node in moved], times)
-        found |= {"moved": np.array(moved, dtype=np.int64), "times": times}
-    found["facts"] = np.frombuffer(json.dumps(facts).encode(), np.uint8)
-    return found
+        arrays |= _baked(_keep(takes[number].anim), [nodes[node] for node in moved], times)
+        arrays |= {"moved": np.array(moved, dtype=np.int64), "times": times}
+    arrays["facts"] = np.frombuffer(json.dumps(facts).encode(), np.uint8)
+    return arrays
 
 
 # ------------------------------------------------------------------------------------------------ ufbx
 def _keep(thing: Any) -> Any:
     """The same object, which is never freed."""
-    _KEPT.append(thing)
+    _ALIVE.append(thing)
     return thing
 
 
@@ -102,7 +102,7 @@ def _array(values: Any) -> np.ndarray:
     return np.array(_keep(memoryview(_keep(values))))
 
 
-def _whole(values: Any) -> np.ndarray:
+def _integers(values: Any) -> np.ndarray:
     """Likewise of a list of whole numbers, which has no buffer."""
     values = _keep(values)
     return np.fromiter(iter(values), np.int64, len(values))
@@ -110,9 +110,9 @@ def _whole(values: Any) -> np.ndarray:
 
 def _matrix(columns: Any) -> np.ndarray:
     """``(4, 4)`` of a transform of ufbx, which states four columns."""
-    found = np.eye(4)
-    found[:3] = np.array(columns).T
-    return found
+    matrix = np.eye(4)
+    matrix[:3] = np.array(columns).T
+    return matrix
 
 
 def _loaded(path: Path) -> Any:
@@ -137,7 +137,7 @@ def _loaded(path: Path) -> Any:
 
 
 def _facts(scene: Any, nodes: list[Any], takes: list[Any]) -> dict[str, Any]:
-    """What is no array: names, unit, axes and rate."""
+    """The facts that are no arrays: names, unit, axes and rate."""
     import ufbx
 
     settings, metadata = _keep(scene.settings), _keep(scene.metadata)
@@ -180,16 +180,16 @@ def _flat(transform: Any) -> tuple[float, ...]:
     return a, b, c, w, x, y, z, d, e, f
 
 
-def _concerned(found: dict[str, np.ndarray]) -> list[int]:
-    """The nodes whose motion is wanted: bones and all above them; without bones all nodes."""
-    parents, wanted = found["parents"].tolist(), set[int]()
-    skinned = [found[name].tolist() for name in found if name.startswith("skin_joints_")]
-    bones = {*np.flatnonzero(found["bones"]).tolist(), *(node for each in skinned for node in each)}
+def _concerned(arrays: dict[str, np.ndarray]) -> list[int]:
+    """The nodes whose motion is read: bones and all above them; without bones all nodes."""
+    parents, chosen = arrays["parents"].tolist(), set[int]()
+    skinned = [arrays[name].tolist() for name in arrays if name.startswith("skin_joints_")]
+    bones = {*np.flatnonzero(arrays["bones"]).tolist(), *(node for each in skinned for node in each)}
     for node in bones or range(len(parents)):
-        while node >= 0 and node not in wanted:
-            wanted.add(node)
+        while node >= 0 and node not in chosen:
+            chosen.add(node)
             node = parents[node]
-    return sorted(wanted)
+    return sorted(chosen)
 
 
 # ----------------------------------------------------------------------------------------------- takes
@@ -264,46 +264,46 @@ def _times(take: Any, curves: list[Any], rate: float, moved: int) -> np.ndarray:
 def _baked(anim: Any, nodes: list[Any], times: np.ndarray) -> dict[str, np.ndarray]:
     """Translations, rotations and scales of the nodes at the times: ``moved_PATH_N`` for the nth of them,
     ``(frames, width)``, or one row where it does not change."""
-    found: dict[str, np.ndarray] = {}
-    asked = (times + _AFTER).tolist()
+    arrays: dict[str, np.ndarray] = {}
+    shifted = (times + _AFTER).tolist()
     for number, node in enumerate(nodes):
         at = node.evaluate_transform
-        rows = np.array([_flat(at(anim, time)) for time in asked])
+        rows = np.array([_flat(at(anim, time)) for time in shifted])
         scales = rows[:, 7:]
         if (np.ptp(scales, axis=0) <= _SAME_SCALE * np.abs(scales).max(axis=0)).all():
             rows[:, 7:] = np.median(scales, axis=0)
         for name, part in (("translation", rows[:, :3]), ("rotation", rows[:, 3:7]), ("scale", scales)):
             still = not np.ptp(part, axis=0).any()
-            found[f"moved_{name}_{number}"] = np.array(part[:1] if still else part)
-    return found
+            arrays[f"moved_{name}_{number}"] = np.array(part[:1] if still else part)
+    return arrays
 
 
 # ---------------------------------------------------------------------------------------------- meshes
 def _meshes(scene: Any, nodes: list[Any], numbers: dict[int, int]) -> dict[str, np.ndarray]:
     """The triangles of the meshes, the nodes that show them, and what binds them to joints."""
-    found: dict[str, np.ndarray] = {}
+    arrays: dict[str, np.ndarray] = {}
     surfaces, skins = [], 0
     for mesh_number, mesh in enumerate(_list(scene.meshes)):
         shown = [numbers[node.element_id] for node in _list(mesh.instances) if node.element_id in numbers]
         if not shown:
             continue
-        found |= _triangles(mesh, mesh_number)
+        arrays |= _triangles(mesh, mesh_number)
         deformers = _list(mesh.skin_deformers)
         bound = _bound(deformers[0], numbers, skins) if deformers else {}
-        found |= bound
+        arrays |= bound
         for node in shown:
             surfaces.append((node, mesh_number, skins if bound else -1))
         skins += bool(bound)
-    found["surfaces"] = np.array(surfaces, dtype=np.int64).reshape(-1, 3)
-    found["geometry"] = np.array(
+    arrays["surfaces"] = np.array(surfaces, dtype=np.int64).reshape(-1, 3)
+    arrays["geometry"] = np.array(
         [_matrix(nodes[node].geometry_to_node) for node, _, _ in surfaces]
     ).reshape(-1, 4, 4)
-    return found
+    return arrays
 
 
 def _triangles(mesh: Any, number: int) -> dict[str, np.ndarray]:
     """Vertices, and polygons as fans of triangles."""
-    corners = _whole(mesh.vertex_indices)
+    corners = _integers(mesh.vertex_indices)
     faces = _array(mesh.faces).astype(np.int64).reshape(-1, 2)
     extra = np.maximum(faces[:, 1] - 2, 0)
     first = np.repeat(faces[:, 0], extra)
@@ -321,7 +321,7 @@ def _bound(skin: Any, numbers: dict[int, int], number: int) -> dict[str, np.ndar
         node = _keep(cluster.bone_node)
         if node is None or node.element_id not in numbers:
             continue
-        vertices = _whole(cluster.vertices)
+        vertices = _integers(cluster.vertices)
         shares = _array(cluster.weights)
         weights.append(np.stack([np.full(len(vertices), len(joints)), vertices, shares], axis=1))
         joints.append(numbers[node.element_id])
@@ -368,9 +368,9 @@ def _limit_growth(most: int) -> None:
 def answer(path: Path, folder: Path, take: str) -> None:
     """Write what a file holds, or what is wrong with it, into a folder."""
     try:
-        found = extract(path, take)
+        arrays = extract(path, take)
         with (folder / "written").open("wb") as file:
-            np.savez(file, **found)  # type: ignore[arg-type]
+            np.savez(file, **arrays)  # type: ignore[arg-type]
         (folder / "written").replace(folder / SCENE)
     except Exception as error:
         (folder / PROBLEM).write_text(_sentence(error), encoding="utf-8", errors="replace")
@@ -379,18 +379,18 @@ def answer(path: Path, folder: Path, take: str) -> None:
 def _sentence(error: Exception) -> str:
     if isinstance(error, Refused):
         return str(error)
-    name, said = type(error).__name__, " ".join(str(error).split())[:200]
+    name, message = type(error).__name__, " ".join(str(error).split())[:200]
     if isinstance(error, MemoryError) or name in ("OutOfMemoryError", "MemoryLimitError"):
         return "needs more memory than a motion file should: it is damaged"
     if isinstance(error, OSError) and name not in _PROBLEMS:
         return f"cannot be read ({error.strerror or error})"
-    return _PROBLEMS.get(name) or _PROBLEMS.get(said) or f"cannot be read: ufbx says {said or name!r}"
+    return _PROBLEMS.get(name) or _PROBLEMS.get(message) or f"cannot be read: ufbx says {message or name!r}"
 
 
-def main(given: list[str]) -> NoReturn:
+def main(arguments: list[str]) -> NoReturn:
     """Answer, and end at once."""
     gc.disable()
-    file, folder, take, memory, seconds = given
+    file, folder, take, memory, seconds = arguments
     limit(int(memory), int(float(seconds)) + 1)
     answer(Path(file), Path(folder), take)
     os._exit(0)

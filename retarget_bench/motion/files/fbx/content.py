@@ -1,4 +1,4 @@
-"""What an FBX file holds, taken out of it by a process of its own (``child.py``)."""
+"""The content of an FBX file, extracted by a process of its own (``child.py``)."""
 
 from __future__ import annotations
 
@@ -91,9 +91,9 @@ def _run(path: Path, folder: Path, take: str, size: int) -> None:
     """Have a process take the content out of a file. Raises FileError where it crashes or does not end."""
     seconds = _SECONDS + _SECONDS_PER_MB * (size >> 20)
     memory = _MEMORY + _MEMORY_PER_BYTE * size
-    given = [str(path.resolve()), str(folder), take, str(memory), str(seconds)]
+    arguments = [str(path.resolve()), str(folder), take, str(memory), str(seconds)]
     try:
-        code, said = process(given, _WAITED * seconds)
+        code, output = process(arguments, _WAITED * seconds)
     except subprocess.TimeoutExpired as error:
         raise FileError(path, f"took more than {_WAITED * seconds:g} s to read: it is damaged") from error
     except (OSError, ValueError) as error:
@@ -103,18 +103,18 @@ def _run(path: Path, folder: Path, take: str, size: int) -> None:
     if not 0 <= code < 256:  # a signal, on Windows an exception
         raise FileError(path, f"crashes ufbx ({code}): it is damaged, or too large")
     if code:
-        last = (said.strip().splitlines() or ["nothing was said"])[-1][:200]
+        last = (output.strip().splitlines() or ["nothing was said"])[-1][:200]
         raise FileError(path, f"cannot be read: the process that reads it failed ({last})")
 
 
-def process(given: list[str], seconds: float) -> tuple[int, str]:
+def process(arguments: list[str], seconds: float) -> tuple[int, str]:
     """Run ``child.py`` with arguments; returns its exit code, and what it said of its failure.
 
     Raises TimeoutExpired, once it is ended, where it takes longer.
     """
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    done = subprocess.run(
-        [sys.executable, "-P", child.__file__, *given],
+    completed = subprocess.run(
+        [sys.executable, "-P", child.__file__, *arguments],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -122,11 +122,11 @@ def process(given: list[str], seconds: float) -> tuple[int, str]:
         check=False,
         env={**os.environ, **threads},
     )
-    return done.returncode, done.stderr.decode("utf-8", "replace")
+    return completed.returncode, completed.stderr.decode("utf-8", "replace")
 
 
 def _answer(path: Path, folder: Path) -> Content:
-    """What the process wrote. Raises FileError."""
+    """The output of the process. Raises FileError."""
     try:
         if (folder / child.PROBLEM).exists():
             raise FileError(path, (folder / child.PROBLEM).read_text(encoding="utf-8"))
@@ -155,7 +155,7 @@ def _handedness(axes: list[int]) -> float:
 
 
 _TURNS, _MIRROR = np.array([1.0, 1.0, -1.0, -1.0]), np.array([-1.0, 1.0, 1.0])
-"""What a mirror across x = 0 does to a quaternion, and to a place."""
+"""Signs of a quaternion and of a position in a mirror across x = 0."""
 
 
 def _mirrored(name: str, array: np.ndarray) -> np.ndarray:

@@ -144,7 +144,7 @@ class FbxScene(Scene):
 
     def tracks(self, number: int, only: Container[int]) -> list[Track]:
         self._bake(number)
-        arrays, found = self.content.arrays, []
+        arrays, tracks = self.content.arrays, []
         times = arrays["times"]
         for place, node in enumerate(arrays["moved"].tolist()):
             for path in ("translation", "rotation", "scale") if node in only else ():
@@ -152,8 +152,8 @@ class FbxScene(Scene):
                 if not np.isfinite(values).all() or np.abs(values).max(initial=0.0) > _FARTHEST:
                     raise self.fail(f"moves {self.nodes.names[node]!r} to where no body is: it is damaged")
                 own = times if len(values) == len(times) else times[:1]
-                found.append(Track(node, path, own, values, "LINEAR"))
-        return found
+                tracks.append(Track(node, path, own, values, "LINEAR"))
+        return tracks
 
     def _bake(self, number: int) -> None:
         """Have the frames of a take where those of another were read."""
@@ -165,7 +165,7 @@ class FbxScene(Scene):
     def frame_times(
         self,
         number: int | None,
-        found: Iterable[Track],  # noqa: ARG002
+        tracks: Iterable[Track],  # noqa: ARG002
     ) -> tuple[np.ndarray, float, str]:
         facts = self.content.facts
         if number is None:
@@ -176,7 +176,7 @@ class FbxScene(Scene):
 
     @property
     def rate_by(self) -> str:
-        """What tells the frames per second, as the end of a sentence."""
+        """The origin of the frame rate, as the end of a sentence."""
         facts = self.content.facts
         rate = facts.get("rate", facts["fps"])
         if facts["rate_stated"] and _same(rate, facts["fps"]):
@@ -185,7 +185,7 @@ class FbxScene(Scene):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What of the take that was read is not kept."""
+        """The parts of the take that are not kept."""
         facts = self.content.facts
         rate, spaced = facts.get("rate", 0.0), facts.get("keys_per_second", 0.0)
         if not rate or spaced <= _DENSER * rate:
@@ -216,15 +216,15 @@ class FbxScene(Scene):
     def _weights(self, skin: int, vertices: int) -> np.ndarray:
         """``(vertices, joints of the skin)`` shares that sum to 1; those without any follow the first."""
         rows = self.content.arrays[f"skin_weights_{skin}"]
-        found = np.zeros((vertices, len(self.skin_joints(skin))))
+        weights = np.zeros((vertices, len(self.skin_joints(skin))))
         joints, places, shares = rows[:, 0].astype(np.int64), rows[:, 1].astype(np.int64), rows[:, 2]
         if not np.isfinite(shares).all() or np.abs(shares).max(initial=0.0) > 1e6:
             raise self.fail("has a skin with weights that are no numbers: it is damaged")
         used = (shares > 0) & (places >= 0) & (places < vertices)
-        np.add.at(found, (places[used], joints[used]), shares[used])
-        total = found.sum(axis=1, keepdims=True)
-        found[total[:, 0] <= 0, 0] = 1.0
-        return found / np.where(total > 0, total, 1.0)
+        np.add.at(weights, (places[used], joints[used]), shares[used])
+        total = weights.sum(axis=1, keepdims=True)
+        weights[total[:, 0] <= 0, 0] = 1.0
+        return weights / np.where(total > 0, total, 1.0)
 
 
 def _same(one: float, other: float) -> bool:

@@ -37,7 +37,7 @@ def tracks(document: Document, number: int, only: Container[int]) -> list[Track]
     item = document.item("animations", number, "the file")
     by = f"animations[{number}]"
     samplers = document.listed(item, "samplers", by)
-    found: dict[tuple[int, str], Track] = {}
+    tracks: dict[tuple[int, str], Track] = {}
     for channel in document.listed(item, "channels", by):
         target = document.inside(channel, "target", by)
         path, node = target.get("path"), target.get("node")
@@ -46,22 +46,22 @@ def tracks(document: Document, number: int, only: Container[int]) -> list[Track]
         document.item("nodes", node, by)
         if node not in only:
             continue
-        sampler = document.whole(channel, "sampler", by)
+        sampler = document.integer(channel, "sampler", by)
         if sampler >= len(samplers):
             raise document.fail(f"{by} refers to sampler {sampler} of {len(samplers)}")
-        found[node, path] = _track(document, samplers[sampler], node, path, f"{by}.samplers[{sampler}]")
-    return list(found.values())
+        tracks[node, path] = _track(document, samplers[sampler], node, path, f"{by}.samplers[{sampler}]")
+    return list(tracks.values())
 
 
 def animated(document: Document, number: int) -> list[int]:
     """The nodes that an animation turns or moves."""
-    by, found = f"animations[{number}]", []
+    by, nodes = f"animations[{number}]", []
     for channel in document.listed(document.items("animations")[number], "channels", by):
         target = document.inside(channel, "target", by)
         if target.get("path") in ("rotation", "translation") and target.get("node") is not None:
             document.item("nodes", target["node"], by)
-            found.append(target["node"])
-    return found
+            nodes.append(target["node"])
+    return nodes
 
 
 def _track(document: Document, sampler: dict[str, Any], node: int, path: str, by: str) -> Track:
@@ -85,20 +85,20 @@ def _track(document: Document, sampler: dict[str, Any], node: int, path: str, by
     return Track(node, path, times.astype(np.float64), values, interpolation)
 
 
-def frame_times(document: Document, found: Iterable[Track]) -> tuple[np.ndarray, float, str]:
+def frame_times(document: Document, tracks: Iterable[Track]) -> tuple[np.ndarray, float, str]:
     """The times ``(frames,)`` to sample tracks at, the frames per second, and how these were found.
 
     Where the keys are evenly spaced they are the frames. Otherwise it is the first usual rate on whose
     frames all keys lie, else 30. A frame beside a key is moved onto it, so that nothing is interpolated
     that is stated.
     """
-    found = list(found)
-    keys = _distinct(np.concatenate([track.times for track in found])) if found else np.zeros(1)
+    tracks = list(tracks)
+    keys = _distinct(np.concatenate([track.times for track in tracks])) if tracks else np.zeros(1)
     if len(keys) == 1:
         return keys, _USUAL, "holds one pose"
     fps, how = _rate(keys)
     count = int(np.floor((keys[-1] - keys[0]) * fps + _ON_GRID)) + 1
-    if count * max(len(found), 1) > _MOST_FRAMES:
+    if count * max(len(tracks), 1) > _MOST_FRAMES:
         raise document.fail(f"has an animation that lasts {keys[-1] - keys[0]:.4g} s: it is damaged")
     times = keys[0] + np.arange(count) / fps
     near = np.clip(np.searchsorted(keys, times), 1, len(keys) - 1)

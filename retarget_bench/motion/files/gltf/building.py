@@ -70,11 +70,11 @@ class Builder:
         text = json.dumps(self.content, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
         head = text.encode("utf-8", "surrogatepass")
         head += b" " * (-len(head) % 4)
-        whole = 12 + 8 + len(head) + 8 + len(self._data)
-        if whole > _LARGEST:
+        total = 12 + 8 + len(head) + 8 + len(self._data)
+        if total > _LARGEST:
             raise FileError(path, "not written: a GLB file holds 4 GB at most")
         with atomic(path) as temporary, temporary.open("wb") as file:
-            file.write(MAGIC + struct.pack("<II", 2, whole))
+            file.write(MAGIC + struct.pack("<II", 2, total))
             file.write(struct.pack("<I4s", len(head), b"JSON") + head)
             file.write(struct.pack("<I4s", len(self._data), b"BIN\0"))
             file.write(self._data)

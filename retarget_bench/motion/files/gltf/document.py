@@ -71,7 +71,7 @@ class Document(Values):
         """The bytes of a buffer: the GLB's own, of a ``data:`` URI, or of a file beside this one."""
         if number not in self._buffers:
             item = self.item("buffers", number, "a buffer view")
-            size = self.whole(item, "byteLength", f"buffers[{number}]")
+            size = self.integer(item, "byteLength", f"buffers[{number}]")
             uri = item.get("uri")
             if uri is None:
                 if number or not self.binary:
@@ -88,7 +88,8 @@ class Document(Values):
         return self._buffers[number]
 
     def linked(self, uri: Any, by: str) -> bytes:
-        """What a URI names. Only ``data:`` and files in the file's own folder or below it are read."""
+        """The bytes that a URI names. Only ``data:`` and files in the file's own folder or below it are
+        read."""
         if not isinstance(uri, str):
             raise self.fail(f"{by} has a URI that is no text")
         if uri.startswith("data:"):
@@ -117,11 +118,11 @@ class Document(Values):
         name = f"bufferViews[{number}]"
         if any(each in self.inside(item, "extensions", name) for each in _PACKED):
             raise self.fail("is compressed by meshopt, which is not read: export it without compression")
-        buffer = self.buffer(self.whole(item, "buffer", name))
-        start, size = self.whole(item, "byteOffset", name, 0), self.whole(item, "byteLength", name)
+        buffer = self.buffer(self.integer(item, "buffer", name))
+        start, size = self.integer(item, "byteOffset", name, 0), self.integer(item, "byteLength", name)
         if start + size > len(buffer):
             raise self.fail(f"{name} ends at byte {start + size} of a buffer of {len(buffer)}: cut off")
-        return memoryview(buffer)[start : start + size], self.whole(item, "byteStride", name, 0)
+        return memoryview(buffer)[start : start + size], self.integer(item, "byteStride", name, 0)
 
     # ------------------------------------------------------------------------------------- accessors
     def array(self, number: Any, kinds: tuple[str, ...], by: str) -> np.ndarray:
@@ -133,13 +134,13 @@ class Document(Values):
             raise self.fail(f"{by} needs {' or '.join(kinds)}; {name} is {str(item.get('type'))[:20]!r}")
         if number in self._arrays:
             return self._arrays[number]
-        found = self._read(item, name)
-        if found.dtype.kind == "f" and not np.isfinite(found).all():
+        values = self._read(item, name)
+        if values.dtype.kind == "f" and not np.isfinite(values).all():
             raise self.fail(f"{name} holds NaN or infinity")
-        found.setflags(write=False)
+        values.setflags(write=False)
         if item["type"] == "SCALAR":  # times, which many tracks share
-            self._arrays[number] = found
-        return found
+            self._arrays[number] = values
+        return values
 
     def _count(self, numbers: int, name: str) -> None:
         """Raise FileError where an accessor of so many numbers, with those before, is too much."""
@@ -153,23 +154,23 @@ class Document(Values):
 
     def _read(self, item: dict[str, Any], name: str) -> np.ndarray:
         kind = self._component(item, name)
-        count, width = self.whole(item, "count", name), WIDTHS[item["type"]]
+        count, width = self.integer(item, "count", name), WIDTHS[item["type"]]
         if item.get("bufferView") is None:
             self._count(count * width, name)
-            found = np.zeros((count, width), kind)
+            values = np.zeros((count, width), kind)
         else:
-            start = self.whole(item, "byteOffset", name, 0)
-            found = self._elements(item["bufferView"], start, count, width, kind, name)
+            start = self.integer(item, "byteOffset", name, 0)
+            values = self._elements(item["bufferView"], start, count, width, kind, name)
             self._count(count * width, name)
         if sparse := self.inside(item, "sparse", name):
-            found = self._replaced(found, sparse, name)
+            values = self._replaced(values, sparse, name)
         if kind.kind == "f":
             with np.errstate(invalid="ignore"):  # signalling NaN, which is found out later
-                return found.astype(np.float64)
+                return values.astype(np.float64)
         if item.get("normalized") is True:
             most = np.iinfo(kind).max
-            return np.maximum(found.astype(np.float64) / most, -1.0)
-        return found.astype(np.int64)
+            return np.maximum(values.astype(np.float64) / most, -1.0)
+        return values.astype(np.int64)
 
     def _component(self, item: dict[str, Any], name: str) -> np.dtype[Any]:
         kind = item.get("componentType")
@@ -194,20 +195,25 @@ class Document(Values):
             return np.zeros((0, width), kind)
         return np.ndarray((count, width), kind, data, start, (step, kind.itemsize))
 
-    def _replaced(self, found: np.ndarray, sparse: dict[str, Any], name: str) -> np.ndarray:
+    def _replaced(self, elements: np.ndarray, sparse: dict[str, Any], name: str) -> np.ndarray:
         """A copy of the elements with those replaced that a sparse accessor lists."""
-        count = self.whole(sparse, "count", f"{name}.sparse")
+        count = self.integer(sparse, "count", f"{name}.sparse")
         places, values = (self.inside(sparse, key, f"{name}.sparse") for key in ("indices", "values"))
         kind = self._component(places, f"{name}.sparse.indices")
-        start = self.whole(places, "byteOffset", f"{name}.sparse.indices", 0)
+        start = self.integer(places, "byteOffset", f"{name}.sparse.indices", 0)
         rows = self._elements(places.get("bufferView"), start, count, 1, kind, f"{name}.sparse.indices")
-        if kind.kind != "u" or (rows >= len(found)).any():
+        if kind.kind != "u" or (rows >= len(elements)).any():
             raise self.fail(f"{name}.sparse replaces elements that there are not")
-        start = self.whole(values, "byteOffset", f"{name}.sparse.values", 0)
+        start = self.integer(values, "byteOffset", f"{name}.sparse.values", 0)
         by = self._elements(
-            values.get("bufferView"), start, count, found.shape[1], found.dtype, f"{name}.sparse.values"
+            values.get("bufferView"),
+            start,
+            count,
+            elements.shape[1],
+            elements.dtype,
+            f"{name}.sparse.values",
         )
-        changed = np.array(found)
+        changed = np.array(elements)
         changed[rows[:, 0]] = by
         return changed
 
@@ -249,14 +255,14 @@ def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes]:
         raise FileError(path, f"is GLB version {version}; version 2 is read: export it again, as glTF 2.0")
     if length > len(data):
         raise FileError(path, f"is cut off: it has {len(data)} bytes, and {length} are declared")
-    found: dict[int, bytes] = {}
+    chunks: dict[int, bytes] = {}
     start = 12
     while start + 8 <= length:
         size, kind = struct.unpack_from("<II", data, start)
         if start + 8 + size > length:
             raise FileError(path, f"is cut off: its chunk at byte {start} has {size} bytes")
-        found.setdefault(kind, data[start + 8 : start + 8 + size])
+        chunks.setdefault(kind, data[start + 8 : start + 8 + size])
         start += 8 + size
-    if _JSON not in found:
+    if _JSON not in chunks:
         raise FileError(path, "has no JSON chunk: it is damaged")
-    return found[_JSON], found.get(_BINARY, b"")
+    return chunks[_JSON], chunks.get(_BINARY, b"")

@@ -15,14 +15,14 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 def surfaces(document: Document) -> list[Surface]:
     """The meshes at the nodes of a file. Raises FileError for numbers that there are not."""
-    found = []
+    surfaces = []
     for node, item in enumerate(document.items("nodes")):
         if (mesh := item.get("mesh")) is not None:
             document.item("meshes", mesh, f"nodes[{node}]")
             if (skin := item.get("skin")) is not None:
                 document.item("skins", skin, f"nodes[{node}]")
-            found.append(Surface(node, mesh, skin))
-    return found
+            surfaces.append(Surface(node, mesh, skin))
+    return surfaces
 
 
 def pieces(document: Document, number: int, joints: int | None) -> Iterator[Piece]:
@@ -37,7 +37,7 @@ def pieces(document: Document, number: int, joints: int | None) -> Iterator[Piec
         attributes = document.inside(primitive, "attributes", by)
         if "KHR_draco_mesh_compression" in document.inside(primitive, "extensions", by):
             raise document.fail("has a mesh compressed by Draco, which is not read: export it without")
-        mode = document.whole(primitive, "mode", by, _TRIANGLES)
+        mode = document.integer(primitive, "mode", by, _TRIANGLES)
         if mode in (_TRIANGLES, _STRIP, _FAN) and "POSITION" in attributes:
             key = tuple(sorted((name, str(value)) for name, value in attributes.items()))
             shared.setdefault(key, []).append((primitive, mode))
@@ -54,7 +54,7 @@ def _weights(
     document: Document, attributes: dict[str, Any], joints: int, vertices: int, by: str
 ) -> np.ndarray:
     """``(vertices, joints of the skin)`` shares that sum to 1."""
-    found = np.zeros((vertices, joints))
+    weights = np.zeros((vertices, joints))
     rows = np.arange(vertices)
     number = 0
     while f"JOINTS_{number}" in attributes and f"WEIGHTS_{number}" in attributes and number < 16:
@@ -70,11 +70,11 @@ def _weights(
         if share.max(initial=0.0) > 1e6:
             raise document.fail(f"{by} has weights above 1: it is damaged")
         for k in range(4):
-            found[rows, np.where(used[:, k], at[:, k], 0)] += np.where(used[:, k], share[:, k], 0.0)
+            weights[rows, np.where(used[:, k], at[:, k], 0)] += np.where(used[:, k], share[:, k], 0.0)
         number += 1
-    total = found.sum(axis=1, keepdims=True)
-    found[total[:, 0] <= 0, 0] = 1.0
-    return found / np.where(total > 0, total, 1.0)
+    total = weights.sum(axis=1, keepdims=True)
+    weights[total[:, 0] <= 0, 0] = 1.0
+    return weights / np.where(total > 0, total, 1.0)
 
 
 def _faces(document: Document, primitive: dict[str, Any], mode: int, vertices: int, by: str) -> np.ndarray:

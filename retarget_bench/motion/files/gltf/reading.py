@@ -33,7 +33,7 @@ def takes(path: Path) -> tuple[str, ...]:
 
 class GltfScene(Scene):
     """The nodes, skins, animations and meshes of a glTF document. Raises FileError where the nodes are
-    damaged, and later for whatever else is, once it is asked for."""
+    damaged, and for other parts when they are read."""
 
     unit, up, kind = "m", "y", "animation"
 
@@ -58,12 +58,12 @@ class GltfScene(Scene):
         if item.get("inverseBindMatrices") is None:
             return None
         count = len(self.skin_joints(number))
-        found = self.document.array(item["inverseBindMatrices"], ("MAT4",), f"skins[{number}]")
-        if len(found) < count:
-            raise self.fail(f"skins[{number}] has {len(found)} bind matrices for {count} joints")
-        if np.abs(found[:count]).max(initial=0.0) > 1e9:
+        matrices = self.document.array(item["inverseBindMatrices"], ("MAT4",), f"skins[{number}]")
+        if len(matrices) < count:
+            raise self.fail(f"skins[{number}] has {len(matrices)} bind matrices for {count} joints")
+        if np.abs(matrices[:count]).max(initial=0.0) > 1e9:
             raise self.fail(f"skins[{number}] has bind matrices above 1e+09")
-        return np.asarray(found[:count], dtype=np.float64).reshape(count, 4, 4).transpose(0, 2, 1)
+        return np.asarray(matrices[:count], dtype=np.float64).reshape(count, 4, 4).transpose(0, 2, 1)
 
     def is_tip(self, node: int) -> bool:
         item = self.document.items("nodes")[node]
@@ -74,7 +74,7 @@ class GltfScene(Scene):
         scenes = document.items("scenes")
         if not scenes:
             return set()
-        number = document.whole(document.content, "scene", "the file", 0)
+        number = document.integer(document.content, "scene", "the file", 0)
         top = document.listed(
             document.item("scenes", number, "the file"), "nodes", f"scenes[{number}]", int
         )
@@ -104,8 +104,8 @@ class GltfScene(Scene):
     def tracks(self, number: int, only: Container[int]) -> list[Track]:
         return animation.tracks(self.document, number, only)
 
-    def frame_times(self, number: int | None, found: Iterable[Track]) -> tuple[np.ndarray, float, str]:  # noqa: ARG002
-        return animation.frame_times(self.document, found)
+    def frame_times(self, number: int | None, tracks: Iterable[Track]) -> tuple[np.ndarray, float, str]:  # noqa: ARG002
+        return animation.frame_times(self.document, tracks)
 
     # ----------------------------------------------------------------------------------------- meshes
     def surfaces(self) -> list[Surface]:

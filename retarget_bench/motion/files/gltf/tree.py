@@ -34,12 +34,12 @@ def read_nodes(document: Document) -> Nodes:
         if (matrix := document.numbers(item, "matrix", 16, name)) is not None:
             parts = decomposed(matrix.reshape(4, 4).T)
             translation[number], turned[number], scale[number] = parts
-        if (found := document.numbers(item, "translation", 3, name)) is not None:
-            translation[number] = found
-        if (found := document.numbers(item, "rotation", 4, name)) is not None:
-            turned[number] = found[[3, 0, 1, 2]]
-        if (found := document.numbers(item, "scale", 3, name)) is not None:
-            scale[number] = found
+        if (value := document.numbers(item, "translation", 3, name)) is not None:
+            translation[number] = value
+        if (value := document.numbers(item, "rotation", 4, name)) is not None:
+            turned[number] = value[[3, 0, 1, 2]]
+        if (value := document.numbers(item, "scale", 3, name)) is not None:
+            scale[number] = value
     return Nodes(document.names, parents, children, depths, translation, rotation.normalise(turned), scale)
 
 

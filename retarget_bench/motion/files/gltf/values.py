@@ -28,55 +28,55 @@ class Values:
     def items(self, key: str) -> list[dict[str, Any]]:
         """A list of objects at the top level, such as ``nodes``; [] where there is none."""
         if key not in self._items:
-            found = self.content.get(key, [])
-            if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
+            entries = self.content.get(key, [])
+            if not isinstance(entries, list) or not all(isinstance(each, dict) for each in entries):
                 raise self.fail(f"its {key!r} is no list of objects: the file is damaged")
-            self._items[key] = found
+            self._items[key] = entries
         return self._items[key]
 
     def item(self, key: str, number: Any, by: str) -> dict[str, Any]:
         """One of these objects; ``by`` names what refers to it."""
-        found = self.items(key)
-        if not _is_whole(number) or not 0 <= number < len(found):
-            raise self.fail(f"{by} refers to {key}[{_shown(number)}], and there are {len(found)}")
-        return found[number]
+        entries = self.items(key)
+        if not _is_whole(number) or not 0 <= number < len(entries):
+            raise self.fail(f"{by} refers to {key}[{_shown(number)}], and there are {len(entries)}")
+        return entries[number]
 
     def inside(self, owner: dict[str, Any], key: str, by: str) -> dict[str, Any]:
         """An object in another; {} where there is none."""
-        found = owner.get(key, {})
-        if not isinstance(found, dict):
+        value = owner.get(key, {})
+        if not isinstance(value, dict):
             raise self.fail(f"{by} has a {key!r} that is no object: the file is damaged")
-        return found
+        return value
 
     def listed(self, owner: dict[str, Any], key: str, by: str, kind: type = dict) -> list[Any]:
         """A list of objects (or of whole numbers, ``kind=int``) in another; [] where there is none."""
-        found = owner.get(key, [])
-        if not isinstance(found, list):
+        entries = owner.get(key, [])
+        if not isinstance(entries, list):
             raise self.fail(f"{by} has {key!r} that are no list: the file is damaged")
-        if not all(_is_whole(each) if kind is int else isinstance(each, kind) for each in found):
+        if not all(_is_whole(each) if kind is int else isinstance(each, kind) for each in entries):
             raise self.fail(f"{by} has {key!r} of the wrong kind: the file is damaged")
-        return found
+        return entries
 
-    def whole(self, owner: dict[str, Any], key: str, by: str, default: int | None = None) -> int:
+    def integer(self, owner: dict[str, Any], key: str, by: str, default: int | None = None) -> int:
         """A whole number of at least 0; raises FileError where it is missing and has no default."""
-        found = owner.get(key, default)
-        if isinstance(found, int) and not isinstance(found, bool) and 0 <= found < 1 << 53:
-            return found
-        raise self.fail(f"{by} has {key}={_shown(found)}, which is no count or offset")
+        value = owner.get(key, default)
+        if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 53:
+            return value
+        raise self.fail(f"{by} has {key}={_shown(value)}, which is no count or offset")
 
     def text(self, owner: dict[str, Any], key: str) -> str:
         """A text; "" where there is none, or something else."""
-        found = owner.get(key, "")
-        return found if isinstance(found, str) else ""
+        value = owner.get(key, "")
+        return value if isinstance(value, str) else ""
 
     def numbers(self, owner: dict[str, Any], key: str, count: int, by: str) -> np.ndarray | None:
         """``(count,)`` finite numbers, None where there are none."""
-        found = owner.get(key)
-        if found is None:
+        value = owner.get(key)
+        if value is None:
             return None
-        if not isinstance(found, list) or len(found) != count or not all(map(_is_finite, found)):
+        if not isinstance(value, list) or len(value) != count or not all(map(_is_finite, value)):
             raise self.fail(f"{by} has a {key!r} that is not {count} finite numbers")
-        return np.array(found, dtype=np.float64)
+        return np.array(value, dtype=np.float64)
 
 
 def _is_whole(value: Any) -> bool:

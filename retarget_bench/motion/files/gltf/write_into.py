@@ -45,29 +45,29 @@ def write(
     document = open_document(source)
     rig, recording = rigged(GltfScene(document), like.reading.take, like.reading.body)
     builder, notes = _copied(document)
-    wanted = as_stated(motion, like)
+    expected = as_stated(motion, like)
     animation = AnimationBuilder(builder, path.stem, motion.frames, motion.fps)
     steps = None if places is None or not is_plain(rig.nodes, rig.body) else places / like.findings.unit[1]
     if places is not None and steps is None:
         notes = (*notes, "nodes are scaled unevenly: positions of inner joints are left out")
-    _fill(animation, rig, rig.scene.nodes, wanted, steps)
+    _fill(animation, rig, rig.scene.nodes, expected, steps)
     builder.content["animations"] = [animation.finished(), *builder.content.get("animations", [])]
     with atomic(path) as temporary:
         builder.save(temporary)
-        found = rigged(GltfScene(open_document(temporary)), path.stem, like.reading.body)[1]
-        _check(path, found, replace(recording, rotations=wanted.rotations, root=wanted.root))
+        reread = rigged(GltfScene(open_document(temporary)), path.stem, like.reading.body)[1]
+        _check(path, reread, replace(recording, rotations=expected.rotations, root=expected.root))
     return notes
 
 
 def _fill(
-    animation: AnimationBuilder, rig: Rig, resting: Nodes, wanted: Motion, steps: np.ndarray | None
+    animation: AnimationBuilder, rig: Rig, resting: Nodes, motion: Motion, steps: np.ndarray | None
 ) -> None:
     """The tracks of the body's nodes: turns of all, places of the root, and whatever differs from rest.
 
     steps: ``(frames, joints, 3)`` every joint in its parent's frame where joints below the root move there.
     """
     joints, parents = rig.body.joints, rig.skeleton.parents
-    turned = rotation.multiply(wanted.rotations, rig.orientation)
+    turned = rotation.multiply(motion.rotations, rig.orientation)
     turned[:, 1:] = rotation.multiply(rotation.conjugate(rig.orientation[parents[1:]]), turned[:, 1:])
     place, heading, size = np.zeros(3), rotation.identity(), 1.0
     for node in rig.nodes.above(joints[0]):
@@ -76,7 +76,7 @@ def _fill(
         size *= float(rig.nodes.scale[node].mean())
     back = rotation.conjugate(heading)
     turned[:, 0] = rotation.multiply(back[None], turned[:, 0])
-    animation.track(joints[0], "translation", rotation.rotate(back[None], wanted.root - place) / size)
+    animation.track(joints[0], "translation", rotation.rotate(back[None], motion.root - place) / size)
     for joint, node in enumerate(joints):
         animation.track(node, "rotation", rotation.continuous(turned[:, joint : joint + 1])[:, 0])
         if joint and steps is not None and np.ptp(steps[:, joint], axis=0).any():
@@ -88,13 +88,13 @@ def _fill(
             animation.track(node, "scale", rig.nodes.scale[node][None])
 
 
-def _check(path: Path, written: Recording, wanted: Recording) -> None:
+def _check(path: Path, written: Recording, expected: Recording) -> None:
     """Raise FileError where the file that was written holds another motion than the one it should."""
-    if written.rotations.shape != wanted.rotations.shape:
+    if written.rotations.shape != expected.rotations.shape:
         raise FileError(path, "not written: the target's file cannot hold this motion beside its own")
-    turned = np.degrees(rotation.angle(written.rotations, wanted.rotations)).max()
-    moved = float(np.abs(written.root - wanted.root).max()) / max(reach(wanted.skeleton), 1e-9)
-    size = float(np.abs(wanted.root).max()) / max(reach(wanted.skeleton), 1e-9)
+    turned = np.degrees(rotation.angle(written.rotations, expected.rotations)).max()
+    moved = float(np.abs(written.root - expected.root).max()) / max(reach(expected.skeleton), 1e-9)
+    size = float(np.abs(expected.root).max()) / max(reach(expected.skeleton), 1e-9)
     if turned > _ANGLE or moved > _PLACE * max(size, 1.0):
         raise FileError(
             path,
@@ -116,11 +116,11 @@ def _copied(document: Document) -> tuple[Builder, tuple[str, ...]]:
         by = f"bufferViews[{number}]"
         packed = document.inside(item, "extensions", by)
         document.view(number, "the file")  # says what is wrong with it
-        start = starts[document.whole(item, "buffer", by)]
+        start = starts[document.integer(item, "buffer", by)]
         if start and packed:
             raise document.fail(f"{by} is compressed, and cannot be moved: export the file as GLB")
         view = content["bufferViews"][number]
-        view["byteOffset"] = document.whole(item, "byteOffset", by, 0) + start
+        view["byteOffset"] = document.integer(item, "byteOffset", by, 0) + start
         view["buffer"] = 0
     builder = Builder(content, bytes(data))
     return builder, tuple(_pictures(document, builder))

@@ -59,17 +59,17 @@ def check_frames(path: Path, motion: Motion) -> None:
 
 def _nodes(skeleton: Skeleton) -> list[dict[str, Any]]:
     """Joints, then tips; a joint's number is its place in the skeleton."""
-    found: list[dict[str, Any]] = [
+    nodes: list[dict[str, Any]] = [
         {"name": name, "translation": offset.tolist()}
         for name, offset in zip(skeleton.names, skeleton.offsets, strict=True)
     ]
     for joint, children in enumerate(skeleton.children):
         if children:
-            found[joint]["children"] = list(children)
+            nodes[joint]["children"] = list(children)
     for site in skeleton.end_sites:
-        found[site.parent].setdefault("children", []).append(len(found))
-        found.append({"name": f"{skeleton.names[site.parent]}_end", "translation": list(site.offset)})
-    return found
+        nodes[site.parent].setdefault("children", []).append(len(nodes))
+        nodes.append({"name": f"{skeleton.names[site.parent]}_end", "translation": list(site.offset)})
+    return nodes
 
 
 def _skin(builder: Builder, skeleton: Skeleton, mesh: Mesh | None) -> dict[str, Any]:
@@ -114,8 +114,8 @@ def _normals(mesh: Mesh) -> np.ndarray:
     """``(vertices, 3)`` unit vectors: the mean of the faces' normals by area; up where there is no face."""
     corners = mesh.vertices[mesh.faces]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    found = np.zeros_like(mesh.vertices, dtype=np.float64)
+    normals = np.zeros_like(mesh.vertices, dtype=np.float64)
     for corner in range(3):
-        np.add.at(found, mesh.faces[:, corner], across)
-    length = np.linalg.norm(found, axis=1, keepdims=True)
-    return np.where(length > 1e-20, found / np.maximum(length, 1e-20), [0.0, 1.0, 0.0])
+        np.add.at(normals, mesh.faces[:, corner], across)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.where(length > 1e-20, normals / np.maximum(length, 1e-20), [0.0, 1.0, 0.0])

@@ -35,30 +35,30 @@ class Body:
         return np.array([place.get(nodes.parents[node], -1) for node in self.joints])
 
 
-def choose_body(scene: Scene, wanted: str | None) -> tuple[Body, tuple[str, ...]]:
+def choose_body(scene: Scene, choice: str | None) -> tuple[Body, tuple[str, ...]]:
     """The body to read, and a note where there are several.
 
-    wanted: its number from 1 on, or the name of its root node; None: the one with most joints, among those
+    choice: its number from 1 on, or the name of its root node; None: the one with most joints, among those
         of the file's own scene where there are any.
     Raises FileError where there is none, NotSupported where none has that name.
     """
-    found = _skinned(scene) or _animated(scene)
-    if not found:
+    bodies = _skinned(scene) or _animated(scene)
+    if not bodies:
         raise scene.fail(f"holds no skeleton: neither a skin nor {_article(scene.kind)} that turns nodes")
-    names = [scene.nodes.names[body.joints[0]] for body in found]
-    if wanted is not None:
-        number = chosen(wanted, names, "body", scene.path)
+    names = [scene.nodes.names[body.joints[0]] for body in bodies]
+    if choice is not None:
+        number = chosen(choice, names, "body", scene.path)
     else:
         shown = scene.shown()
-        sizes = [(body.joints[0] in shown, len(body.joints)) for body in found]
-        number = max(range(len(found)), key=sizes.__getitem__)
-    if len(found[number].joints) > MOST_JOINTS:
-        raise scene.fail(f"has a body of {len(found[number].joints)} joints; {MOST_JOINTS} are read")
-    if len(found) == 1:
-        return found[number], ()
+        sizes = [(body.joints[0] in shown, len(body.joints)) for body in bodies]
+        number = max(range(len(bodies)), key=sizes.__getitem__)
+    if len(bodies[number].joints) > MOST_JOINTS:
+        raise scene.fail(f"has a body of {len(bodies[number].joints)} joints; {MOST_JOINTS} are read")
+    if len(bodies) == 1:
+        return bodies[number], ()
     listed = ", ".join(f"{n} {name!r}" for n, name in enumerate(names[:12], 1))
-    return found[number], (
-        f"body {number + 1} of {len(found)}, {names[number]!r} (body= chooses another: {listed})",
+    return bodies[number], (
+        f"body {number + 1} of {len(bodies)}, {names[number]!r} (body= chooses another: {listed})",
     )
 
 
@@ -90,12 +90,12 @@ def _skinned(scene: Scene) -> list[Body]:
 
 def _between(nodes: Nodes, top: int, members: set[int]) -> tuple[int, ...]:
     """The members and the nodes between them and ``top``, parents first."""
-    kept = {top}
+    included = {top}
     for node in members:
-        while node not in kept:
-            kept.add(node)
+        while node not in included:
+            included.add(node)
             node = nodes.parents[node]
-    return tuple(node for node in nodes.below(top) if node in kept)
+    return tuple(node for node in nodes.below(top) if node in included)
 
 
 def _animated(scene: Scene) -> list[Body]:
@@ -151,5 +151,5 @@ def _is_carried(nodes: Nodes, chain: list[int], place: int, moves: Callable[[int
     """Whether the joints of a chain before this place only carry it: it moves against the one above, or is
     named as the hips below a dummy."""
     above, name = (nodes.names[node].lower() for node in chain[place - 1 : place + 1])
-    named = any(word in above for word in DUMMY_NAMES) and any(word in name for word in HIP_NAMES)
-    return named or moves(chain[place], False)
+    by_name = any(word in above for word in DUMMY_NAMES) and any(word in name for word in HIP_NAMES)
+    return by_name or moves(chain[place], False)

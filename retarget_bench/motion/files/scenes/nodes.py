@@ -40,36 +40,36 @@ class Nodes:
 
     def above(self, node: int) -> list[int]:
         """The nodes above a node, from the top down."""
-        found = []
+        ancestors = []
         while (node := self.parents[node]) >= 0:
-            found.append(node)
-        return found[::-1]
+            ancestors.append(node)
+        return ancestors[::-1]
 
     def below(self, node: int) -> list[int]:
         """A node and all below it, parents first, in the file's order of children."""
-        found, waiting = [], [node]
+        nodes, waiting = [], [node]
         while waiting:
-            found.append(each := waiting.pop())
+            nodes.append(each := waiting.pop())
             waiting.extend(reversed(self.children[each]))
-        return found
+        return nodes
 
     @cached_property
     def tops(self) -> list[int]:
         """Per node the top of the tree that it stands in."""
-        found = list(range(len(self.parents)))
-        for node in sorted(found, key=self.depths.__getitem__):
+        tops = list(range(len(self.parents)))
+        for node in sorted(tops, key=self.depths.__getitem__):
             if (parent := self.parents[node]) >= 0:
-                found[node] = found[parent]
-        return found
+                tops[node] = tops[parent]
+        return tops
 
     def meeting(self, nodes: Iterable[int]) -> int:
         """The lowest node that has all of these at or below it; -1 where they stand in separate trees."""
         first, *others = nodes
         way = [*self.above(first), first]
-        lowest, seen, own = len(way) - 1, set(way), set(way)
+        lowest, visited, own = len(way) - 1, set(way), set(way)
         for node in others:
-            while node not in seen:
-                seen.add(node)
+            while node not in visited:
+                visited.add(node)
                 if (node := self.parents[node]) < 0:
                     return -1
             if node in own:
@@ -78,17 +78,17 @@ class Nodes:
 
     def matrices(self, nodes: Iterable[int]) -> dict[int, np.ndarray]:
         """Node -> ``(4, 4)`` its transform in the world at rest, for nodes and all above them."""
-        found: dict[int, np.ndarray] = {}
+        matrices: dict[int, np.ndarray] = {}
         for node in nodes:
             waiting = []
-            while node >= 0 and node not in found:
+            while node >= 0 and node not in matrices:
                 waiting.append(node)
                 node = self.parents[node]
             for each in reversed(waiting):
                 local = transform(self.translation[each], self.rotation[each], self.scale[each])
                 parent = self.parents[each]
-                found[each] = found[parent] @ local if parent >= 0 else local
-        return found
+                matrices[each] = matrices[parent] @ local if parent >= 0 else local
+        return matrices
 
     @property
     def plain(self) -> np.ndarray:
@@ -100,11 +100,11 @@ class Nodes:
 def transform(translation: np.ndarray, turn: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """``(..., 4, 4)`` from ``(..., 3)``, ``(..., 4)`` and ``(..., 3)``: scale, then turn, then move."""
     turned = rotation.to_matrix(turn) * scale[..., None, :]
-    found = np.zeros((*np.broadcast_shapes(turned.shape[:-2], translation.shape[:-1]), 4, 4))
-    found[..., :3, :3] = turned
-    found[..., :3, 3] = translation
-    found[..., 3, 3] = 1.0
-    return found
+    matrix = np.zeros((*np.broadcast_shapes(turned.shape[:-2], translation.shape[:-1]), 4, 4))
+    matrix[..., :3, :3] = turned
+    matrix[..., :3, 3] = translation
+    matrix[..., 3, 3] = 1.0
+    return matrix
 
 
 def decomposed(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -120,5 +120,5 @@ def nearest_turn(matrices: np.ndarray) -> np.ndarray:
     """``(..., 4)`` the rotations nearest to linear maps ``(..., 3, 3)`` (Procrustes, Schönemann 1966)."""
     u, _, v = np.linalg.svd(matrices)
     u[..., :, 2] *= np.sign(np.linalg.det(u) * np.linalg.det(v))[..., None]
-    found: np.ndarray = rotation.from_matrix(u @ v)
-    return found
+    nearest: np.ndarray = rotation.from_matrix(u @ v)
+    return nearest

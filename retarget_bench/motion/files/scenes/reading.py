@@ -47,12 +47,12 @@ def rigged(scene: Scene, take: str | None, body: str | None) -> tuple[Rig, Recor
         its root; None: the largest.
     Raises FileError for what cannot be read, NotSupported where there is no such take or body.
     """
-    whole, notes = choose_body(scene, body)
-    number, found, how = _choose_take(scene, whole, take)
-    times, fps, spaced = scene.frame_times(number, found.values())
-    performance = _Performance(found, times, fps)
-    nodes, scaled = _with_scales(scene, whole, performance)
-    own = _with_root(scene, nodes, whole)
+    chosen_body, notes = choose_body(scene, body)
+    number, tracks, how = _choose_take(scene, chosen_body, take)
+    times, fps, spaced = scene.frame_times(number, tracks.values())
+    performance = _Performance(tracks, times, fps)
+    nodes, scaled = _with_scales(scene, chosen_body, performance)
+    own = _with_root(scene, nodes, chosen_body)
     notes = (*notes, f"{how}: {spaced}" if number is not None else how, *_about_root(nodes, own))
     rig, moved, replaced = _rig(scene, nodes, own, performance)
     rotations, root = _frames(rig, performance)
@@ -76,32 +76,30 @@ def _about_root(nodes: Nodes, body: Body) -> list[str]:
     """Notes on the joints that are not read."""
     notes = []
     if body.left_out:
-        notes.append(f"left out beside the body: {_named(nodes, body.left_out)}")
+        notes.append(f"left out beside the body: {_listed(nodes, body.left_out)}")
     if body.folded:
-        folded, carried = _named(nodes, body.folded), nodes.names[body.joints[0]]
+        folded, carried = _listed(nodes, body.folded), nodes.names[body.joints[0]]
         verbs = ("only carry", "are") if len(body.folded) > 1 else ("only carries", "is")
         notes.append(f"{folded} {verbs[0]} {carried!r} and {verbs[1]} folded into it")
     return notes
 
 
 def _choose_take(
-    scene: Scene, body: Body, wanted: str | None
+    scene: Scene, body: Body, take: str | None
 ) -> tuple[int | None, dict[tuple[int, str], Track], str]:
     """The number of the take to read, its tracks on the body and what is above it, and a note."""
     names, kind = scene.take_names, scene.kind
     concerned = {*body.joints, *scene.nodes.above(body.joints[0])}
-    numbers = scene.preferred(concerned) if wanted is None else [chosen(wanted, names, kind, scene.path)]
+    numbers = scene.preferred(concerned) if take is None else [chosen(take, names, kind, scene.path)]
     for number in numbers:
         own = {(track.node, track.path): track for track in scene.tracks(number, concerned)}
         if own:
-            named = f" {names[number]!r}" if names[number] else ""
+            label = f" {names[number]!r}" if names[number] else ""
             others = [f"{n} {name!r}" for n, name in enumerate(names, 1) if n != number + 1][:12]
             more = f" (take= chooses another: {', '.join(others)})" if others else ""
-            return number, own, f"{kind} {number + 1} of {len(names)}{named}{more}"
-    if wanted is not None:
-        raise scene.fail(
-            f"{kind} {wanted!r} moves nothing of the body {scene.nodes.names[body.joints[0]]!r}"
-        )
+            return number, own, f"{kind} {number + 1} of {len(names)}{label}{more}"
+    if take is not None:
+        raise scene.fail(f"{kind} {take!r} moves nothing of the body {scene.nodes.names[body.joints[0]]!r}")
     return None, {}, f"no {kind} moves the body: one frame, the pose at rest"
 
 
@@ -125,7 +123,7 @@ def _with_scales(scene: Scene, body: Body, performance: _Performance) -> tuple[N
     if not changing:
         return nodes, ()
     return nodes, (
-        f"the {scene.kind} changes the size of {_named(nodes, changing)}: bones keep their length",
+        f"the {scene.kind} changes the size of {_listed(nodes, changing)}: bones keep their length",
     )
 
 
@@ -146,7 +144,7 @@ def _with_root(scene: Scene, nodes: Nodes, body: Body) -> Body:
 
 
 def _size(places: Mapping[int, np.ndarray], nodes: Nodes, node: int) -> float:
-    """What a step in a node's own translation measures in the world at rest."""
+    """The size in the world at rest of a unit step in a node's own translation."""
     parent = nodes.parents[node]
     return float(np.linalg.norm(places[parent][:3, :3], axis=0).max()) if parent in places else 1.0
 
@@ -236,8 +234,8 @@ def _steps(rig: Rig, moved: Mapping[int, np.ndarray], frames: int) -> np.ndarray
     if not moved:
         return None
     steps = np.repeat(rig.skeleton.offsets[None], frames, axis=0)
-    for joint, seen in moved.items():
-        steps[:, joint] = rig.step(joint, seen)
+    for joint, positions in moved.items():
+        steps[:, joint] = rig.step(joint, positions)
     return steps
 
 
@@ -260,10 +258,10 @@ def _frames(rig: Rig, performance: _Performance) -> tuple[np.ndarray, np.ndarray
             size *= float(nodes.scale[node].mean())
     above = np.broadcast_to(heading, (len(performance.times), 4))
     parents = rig.skeleton.parents
-    found = rotation.multiply(local, rotation.conjugate(rig.orientation))
-    found[:, 1:] = rotation.multiply(rig.orientation[parents[1:]], found[:, 1:])
-    found[:, 0] = rotation.multiply(above, found[:, 0])
-    return found, np.array(np.broadcast_to(place, (len(performance.times), 3)))
+    rotations = rotation.multiply(local, rotation.conjugate(rig.orientation))
+    rotations[:, 1:] = rotation.multiply(rig.orientation[parents[1:]], rotations[:, 1:])
+    rotations[:, 0] = rotation.multiply(above, rotations[:, 0])
+    return rotations, np.array(np.broadcast_to(place, (len(performance.times), 3)))
 
 
 def _frames_by_matrices(rig: Rig, performance: _Performance) -> tuple[np.ndarray, np.ndarray]:
@@ -283,10 +281,10 @@ def _frames_by_matrices(rig: Rig, performance: _Performance) -> tuple[np.ndarray
     turned = np.empty((frames, len(joints), 4))
     for joint, node in enumerate(joints):
         turned[:, joint] = nearest_turn(world[node][:, :3, :3] @ back[joint])
-    found = np.array(turned)
-    found[:, 1:] = rotation.multiply(rotation.conjugate(turned[:, parents[1:]]), turned[:, 1:])
+    rotations = np.array(turned)
+    rotations[:, 1:] = rotation.multiply(rotation.conjugate(turned[:, parents[1:]]), turned[:, 1:])
     place = np.array(np.broadcast_to(world[joints[0]][:, :3, 3], (frames, 3)))
-    return found, place
+    return rotations, place
 
 
 def _check_finite(scene: Scene, recording: Recording) -> None:
@@ -295,6 +293,6 @@ def _check_finite(scene: Scene, recording: Recording) -> None:
         raise scene.fail("holds numbers that are no motion of a body: it is damaged")
 
 
-def _named(nodes: Nodes, some: Sequence[int]) -> str:
+def _listed(nodes: Nodes, some: Sequence[int]) -> str:
     shown = ", ".join(repr(nodes.names[node]) for node in some[:6])
     return shown + (f" and {len(some) - 6} more" if len(some) > 6 else "")

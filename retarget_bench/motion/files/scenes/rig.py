@@ -58,8 +58,8 @@ class Rig:
         """``(joints, 4, 4)`` the nodes' transforms in the world while the skeleton stands unturned."""
         joints = list(self.body.joints)
         if not is_plain(self.nodes, self.body):
-            found = self.nodes.matrices(joints)
-            return np.stack([found[node] for node in joints])
+            by_node = self.nodes.matrices(joints)
+            return np.stack([by_node[node] for node in joints])
         scale = self.nodes.scale[joints] * self.sizes[:, None]
         return transform(self.skeleton.rest_positions, self.orientation, scale)
 
@@ -73,11 +73,11 @@ def is_plain(nodes: Nodes, body: Body) -> bool:
 def sizes_above(nodes: Nodes, body: Body) -> np.ndarray:
     """``(joints,)`` the scale of all nodes above each joint, multiplied."""
     scale = nodes.scale.mean(axis=1)
-    found: dict[int, float] = {body.joints[0]: float(np.prod(scale[nodes.above(body.joints[0])]))}
+    scales: dict[int, float] = {body.joints[0]: float(np.prod(scale[nodes.above(body.joints[0])]))}
     for node in body.joints[1:]:
         parent = nodes.parents[node]
-        found[node] = found[parent] * float(scale[parent])
-    return np.array([found[node] for node in body.joints])
+        scales[node] = scales[parent] * float(scale[parent])
+    return np.array([scales[node] for node in body.joints])
 
 
 def orientations(scene: Scene, nodes: Nodes, body: Body) -> tuple[np.ndarray, str]:
@@ -103,13 +103,15 @@ def orientations(scene: Scene, nodes: Nodes, body: Body) -> tuple[np.ndarray, st
                 anchored = bound.get(anchor, resting[anchor])
                 base = rotation.multiply(anchored, rotation.conjugate(own[anchor]))
             bound = {joint: rotation.multiply(base, turn) for joint, turn in own.items()} | bound
-    found = np.array(resting)
+    orientations = np.array(resting)
     for joint, parent in enumerate(body.parents(nodes).tolist()):
         if joint in bound:
-            found[joint] = bound[joint]
+            orientations[joint] = bound[joint]
         elif parent >= 0:
-            found[joint] = rotation.multiply(found[parent], nodes.rotation[body.joints[joint]])
-    return rotation.normalise(found), ""
+            orientations[joint] = rotation.multiply(
+                orientations[parent], nodes.rotation[body.joints[joint]]
+            )
+    return rotation.normalise(orientations), ""
 
 
 def _turns_of_skin(scene: Scene, body: Body, skin: int) -> dict[int, np.ndarray] | None:

@@ -1,4 +1,4 @@
-"""What a file with a tree of nodes offers to the rules that find bodies in it."""
+"""The interface of files with a tree of nodes to the rules that find bodies in them."""
 
 from __future__ import annotations
 
@@ -103,14 +103,14 @@ class Scene(ABC):
 
     @abstractmethod
     def tracks(self, number: int, only: Container[int]) -> list[Track]:
-        """How a take moves, turns and scales some nodes."""
+        """The tracks of a take that move, turn and scale some nodes."""
 
     def preferred(self, only: Container[int]) -> Iterable[int]:  # noqa: ARG002
         """The takes, in the order in which the first with tracks on these nodes is read."""
         return range(len(self.take_names))
 
     @abstractmethod
-    def frame_times(self, number: int | None, found: Iterable[Track]) -> tuple[np.ndarray, float, str]:
+    def frame_times(self, number: int | None, tracks: Iterable[Track]) -> tuple[np.ndarray, float, str]:
         """The times ``(frames,)`` to sample the tracks of a take at, the frames per second, and how these
         were found. number: None where no take is read."""
 

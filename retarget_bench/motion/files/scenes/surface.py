@@ -21,15 +21,15 @@ def has_surface(rig: Rig) -> bool:
 
 def _surfaces(rig: Rig) -> list[Surface]:
     """The meshes on the body: those that follow its skins, and others at or below a joint."""
-    joints, found = set(rig.body.joints), []
+    joints, surfaces = set(rig.body.joints), []
     for each in rig.scene.surfaces():
         if each.skin is not None:
             on_body = each.skin in rig.body.skins
         else:
             on_body = bool(joints & {each.node, *rig.nodes.above(each.node)})
         if on_body:
-            found.append(each)
-    return found
+            surfaces.append(each)
+    return surfaces
 
 
 def surface(rig: Rig) -> Mesh:
@@ -74,11 +74,11 @@ def _skinned(rig: Rig, skin: int, places: np.ndarray, weights: np.ndarray) -> tu
     moved = np.einsum("vab,vb->va", blended[:, :3, :3], places) + blended[:, :3, 3]
     own = np.zeros((len(places), len(rig.skeleton)))
     for column, each in enumerate(joints):
-        own[:, _kept(rig, place, each)] += weights[:, column]
+        own[:, _joint_of(rig, place, each)] += weights[:, column]
     return moved, own
 
 
-def _kept(rig: Rig, place: dict[int, int], node: int) -> int:
+def _joint_of(rig: Rig, place: dict[int, int], node: int) -> int:
     """The joint of the skeleton that a joint of a skin belongs to: itself, or the closest above, or the
     root."""
     while node >= 0 and node not in place:

@@ -1,4 +1,4 @@
-"""How one property of one node changes over time."""
+"""The change of one property of one node over time."""
 
 from __future__ import annotations
 
@@ -32,30 +32,30 @@ class Track:
     def at(self, times: np.ndarray) -> np.ndarray:
         """``(frames, width)`` at times ``(frames,)``; beyond the keys the first and last value."""
         if self.interpolation != "CUBICSPLINE" and np.array_equal(times, self.times):
-            return self._whole(self.values)
+            return self._normalised(self.values)
         low = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 1)
         if self.interpolation == "STEP":
-            return self._whole(self.values[low])
+            return self._normalised(self.values[low])
         high = np.minimum(low + 1, len(self.times) - 1)
         span = self.times[high] - self.times[low]
         share = np.clip((times - self.times[low]) / np.where(span > 0, span, 1.0), 0.0, 1.0)
         if self.interpolation == "CUBICSPLINE":
-            return self._whole(self._spline(low, high, share[:, None], span[:, None]))
+            return self._normalised(self._spline(low, high, share[:, None], span[:, None]))
         if self.path == "rotation":
-            values = self._whole(self.values)
+            values = self._normalised(self.values)
             return rotation.slerp(values[low], values[high], share)
         return self.values[low] + share[:, None] * (self.values[high] - self.values[low])
 
     def _spline(self, low: np.ndarray, high: np.ndarray, t: np.ndarray, span: np.ndarray) -> np.ndarray:
         """Appendix C.4: a cubic Hermite spline with tangents per second."""
         square, cube = t * t, t * t * t
-        found: np.ndarray = (
+        values: np.ndarray = (
             (2 * cube - 3 * square + 1) * self.values[low, 1]
             + span * (cube - 2 * square + t) * self.values[low, 2]
             + (3 * square - 2 * cube) * self.values[high, 1]
             + span * (cube - square) * self.values[high, 0]
         )
-        return found
+        return values
 
-    def _whole(self, values: np.ndarray) -> np.ndarray:
+    def _normalised(self, values: np.ndarray) -> np.ndarray:
         return rotation.normalise(values) if self.path == "rotation" else values

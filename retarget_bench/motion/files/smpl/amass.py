@@ -24,7 +24,7 @@ from retarget_bench.motion.skeleton import Skeleton
 _ROOT, _TRUNK, _TRANS = ("root_orient", "global_orient"), ("pose_body", "body_pose"), ("trans", "transl")
 """Names of AMASS, and those of the arguments of SMPL models."""
 _OTHERS = ("pose_jaw", "pose_eye", "pose_hand")
-"""What follows root and trunk in ``poses``."""
+"""The joints after root and trunk in ``poses``."""
 _RATES = ("mocap_framerate", "mocap_frame_rate")
 _AXES = ("x", "y", "z", "-x", "-y", "-z")
 _DEFAULT_RATE = 30.0
@@ -79,34 +79,34 @@ def read(path: Path, model: str | PathLike[str] | None = None, rate: float | Non
         then be missing or wrong.
     Raises FileError for what cannot be read or does not fit.
     """
-    found = parameters(path, rate)
-    notes, doubts = list(found.notes), list(found.doubts)
-    skeleton, skin = average.skeleton(found.family), None
+    content = parameters(path, rate)
+    notes, doubts = list(content.notes), list(content.doubts)
+    skeleton, skin = average.skeleton(content.family), None
     if model is None:
         doubts.append("an average skeleton: say body_model=FILE for this person's joints")
     else:
-        shaped = body_model.load(Path(model).expanduser(), found.family, found.gender, found.betas)
+        shaped = body_model.load(Path(model).expanduser(), content.family, content.gender, content.betas)
         skeleton, skin = _shaped_skeleton(shaped), shaped.skin
         notes.append(f"joints and skin of {shaped.path.name}, without pose blend shapes")
         if shaped.unused:
             doubts.append(
-                f"{shaped.unused} of the {len(found.betas)} betas are beyond those of {shaped.path.name}"
+                f"{shaped.unused} of the {len(content.betas)} betas are beyond those of {shaped.path.name}"
             )
-    missing = len(skeleton) - len(found.family)
-    turns = np.pad(found.turns, ((0, 0), (0, missing), (0, 0)))
+    missing = len(skeleton) - len(content.family)
+    turns = np.pad(content.turns, ((0, 0), (0, missing), (0, 0)))
     rotations = rotation.continuous(rotation.in_blocks(rotation.from_rotation_vector, turns))
-    root = found.trans + skeleton.offsets[0]
+    root = content.trans + skeleton.offsets[0]
     return Recording(
         skeleton,
         rotations,
         root,
-        found.fps,
+        content.fps,
         tuple(notes),
         tuple(doubts),
         unit="m",
-        up=found.up,
+        up=content.up,
         skin=skin,
-        rate_stated=found.rate_stated,
+        rate_stated=content.rate_stated,
     )
 
 
@@ -172,21 +172,21 @@ def _parts(archive: Archive) -> np.ndarray:
 
 def _turns(archive: Archive) -> tuple[np.ndarray, list[str]]:
     """``(frames, joints, 3)`` of all joints, and doubts."""
-    whole = "poses" in archive.names
-    found = archive.numbers("poses") if whole else _parts(archive)
-    what = "'poses'" if whole else "root, body and hands together"
-    if found.ndim == 3 and found.shape[2] == 3:
-        found = found.reshape(len(found), 3 * found.shape[1])
-    if found.ndim != 2 or found.shape[1] not in {3 * joints for joints in BY_JOINTS}:
-        known = ", ".join(f"{3 * len(family)} ({family.name})" for family in FAMILIES)
+    in_one = "poses" in archive.names
+    poses = archive.numbers("poses") if in_one else _parts(archive)
+    what = "'poses'" if in_one else "root, body and hands together"
+    if poses.ndim == 3 and poses.shape[2] == 3:
+        poses = poses.reshape(len(poses), 3 * poses.shape[1])
+    if poses.ndim != 2 or poses.shape[1] not in {3 * joints for joints in BY_JOINTS}:
+        shapes = ", ".join(f"{3 * len(family)} ({family.name})" for family in FAMILIES)
         raise FileError(
             archive.path,
-            f"has {what} of shape {shape_text(found.shape)}; known are (frames, n) with n = {known}",
+            f"has {what} of shape {shape_text(poses.shape)}; known are (frames, n) with n = {shapes}",
         )
-    if not len(found):
+    if not len(poses):
         raise FileError(archive.path, "has no frames")
-    _check_size(archive, "poses", found, _MOST_TURN)
-    turns = found.reshape(len(found), -1, 3)
+    _check_size(archive, "poses", poses, _MOST_TURN)
+    turns = poses.reshape(len(poses), -1, 3)
     doubts = []
     if (most := float(np.linalg.norm(turns, axis=2).max())) > _DEGREES:
         doubts.append(f"turns by up to {most:.0f} radians: are they degrees?")
@@ -197,33 +197,34 @@ def _betas(archive: Archive, frames: int) -> tuple[np.ndarray, list[str]]:
     """``(n,)`` of the whole motion, and notes."""
     if "betas" not in archive.names:
         return np.zeros(0), []
-    found = archive.numbers("betas")
-    _check_size(archive, "betas", found, _MOST_TURN)
-    if found.ndim == 2 and len(found) in (1, frames):
-        if np.ptp(found, axis=0).max(initial=0.0) > 1e-6:
-            return found.mean(axis=0), ["betas change from frame to frame: their mean is taken"]
-        found = found[0]
-    if found.ndim != 1:
-        raise FileError(archive.path, f"has 'betas' of shape {shape_text(found.shape)}; (n,) is known")
-    return found, []
+    betas = archive.numbers("betas")
+    _check_size(archive, "betas", betas, _MOST_TURN)
+    if betas.ndim == 2 and len(betas) in (1, frames):
+        if np.ptp(betas, axis=0).max(initial=0.0) > 1e-6:
+            return betas.mean(axis=0), ["betas change from frame to frame: their mean is taken"]
+        betas = betas[0]
+    if betas.ndim != 1:
+        raise FileError(archive.path, f"has 'betas' of shape {shape_text(betas.shape)}; (n,) is known")
+    return betas, []
 
 
-def _rate(archive: Archive, told: float | None) -> tuple[float, bool]:
-    """Frames per second, and whether the file says them; what it says must be a rate unless one is told."""
+def _rate(archive: Archive, explicit: float | None) -> tuple[float, bool]:
+    """Frames per second, and whether the file says them; it must be a valid rate unless ``explicit``
+    gives one."""
     name = _first(archive, _RATES)
     if not name:
-        return told or _DEFAULT_RATE, False
+        return explicit or _DEFAULT_RATE, False
     try:
-        found = archive.numbers(name)
+        array = archive.numbers(name)
     except FileError:
-        if told is None:
+        if explicit is None:
             raise
-        return told, False
-    if found.size == 1 and _SLOWEST <= (rate := float(found.reshape(-1)[0])) <= _FASTEST:
+        return explicit, False
+    if array.size == 1 and _SLOWEST <= (rate := float(array.reshape(-1)[0])) <= _FASTEST:
         return rate, True
-    if told is not None:
-        return told, False
-    text = f"{float(found.reshape(-1)[0]):g}" if found.size == 1 else shape_text(found.shape)
+    if explicit is not None:
+        return explicit, False
+    text = f"{float(array.reshape(-1)[0]):g}" if array.size == 1 else shape_text(array.shape)
     raise FileError(
         archive.path, f"has {name!r} = {text}, which is no frame rate: say the true one: rate=..."
     )

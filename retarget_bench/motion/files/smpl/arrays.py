@@ -31,7 +31,7 @@ _BROKEN = (
     *(SyntaxError, RecursionError, MemoryError, RuntimeError),
     *(zipfile.BadZipFile, zlib.error, tokenize.TokenError),
 )
-"""Whatever damaged files make zipfile and the parser of array headers raise."""
+"""Exceptions of zipfile and of the parser of array headers on damaged files."""
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
@@ -42,7 +42,7 @@ def begins_as_archive(head: bytes) -> bool:
 
 
 class Archive:
-    """An ``.npz`` file: arrays by name, each read when it is asked for.
+    """An ``.npz`` file: arrays by name, each read on access.
 
     Every method raises FileError in a sentence for what is damaged, of another kind or too large.
     """
@@ -72,8 +72,8 @@ class Archive:
             return ""
         if array.size != 1:
             return ""
-        found = array.reshape(-1)[0]
-        return (found.decode("utf-8", "replace") if isinstance(found, bytes) else str(found)).strip()
+        value = array.reshape(-1)[0]
+        return (value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)).strip()
 
     def _array(self, name: str, kinds: str) -> np.ndarray:
         with _readable(self.path), zipfile.ZipFile(self.path) as packed:
@@ -94,12 +94,12 @@ def read_array(path: Path) -> np.ndarray:
 def finite(path: Path, what: str, array: np.ndarray) -> np.ndarray:
     """The array in double precision; raises FileError where a number is NaN or infinite."""
     with np.errstate(all="ignore"):
-        found = np.asarray(array, dtype=np.float64)
-    sound = np.isfinite(found)
+        values = np.asarray(array, dtype=np.float64)
+    sound = np.isfinite(values)
     if not sound.all():
-        row = f", first in row {int(np.argwhere(~sound)[0][0]) + 1}" if found.ndim else ""
+        row = f", first in row {int(np.argwhere(~sound)[0][0]) + 1}" if values.ndim else ""
         raise FileError(path, f"{what} holds NaN or infinity{row}: repair it, or leave those frames out")
-    return found
+    return values
 
 
 def shape_text(shape: Sequence[int]) -> str:
@@ -131,15 +131,15 @@ def _readable(path: Path) -> Iterator[None]:
 
 
 def _read(path: Path, what: str, file: IO[bytes], size: int, kinds: str) -> np.ndarray:
-    """An array whose header fits the bytes that there are. kinds: of ``dtype.kind`` that are wanted."""
+    """An array whose header fits the bytes that there are. kinds: accepted values of ``dtype.kind``."""
     shape, fortran, dtype = _header(file)
     if dtype.hasobject:
         raise FileError(
             path, f"{what} is a pickled object, which is never loaded: save it as an array of numbers"
         )
     if dtype.kind not in kinds or dtype.names is not None:
-        wanted = "text" if "U" in kinds else "numbers"
-        raise FileError(path, f"{what} holds {dtype.name[:30]}, and {wanted} are needed")
+        expected = "text" if "U" in kinds else "numbers"
+        raise FileError(path, f"{what} holds {dtype.name[:30]}, and {expected} are needed")
     if any(each < 0 for each in shape) or math.prod(shape) > _MOST:
         raise FileError(path, f"{what} is of shape {shape_text(shape)}, which is too large to be a motion")
     count = math.prod(shape)

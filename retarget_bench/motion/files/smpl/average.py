@@ -59,9 +59,9 @@ _THUMB = (0.012, -0.008, 0.016)
 def offsets(family: Family) -> np.ndarray:
     """``(joints, 3)`` metres from the parent in T-pose, Y up, facing +Z; the root's are 0."""
     places = np.array([_place(joint) for joint in family.joints])
-    found = places - places[list(family.parents)]
-    found[0] = 0.0
-    return frozen(found, np.float64)
+    steps = places - places[list(family.parents)]
+    steps[0] = 0.0
+    return frozen(steps, np.float64)
 
 
 def skeleton(family: Family) -> Skeleton:
@@ -109,7 +109,7 @@ def fitted_to(family: Family, positions: np.ndarray) -> Skeleton:
     A bone is as long as in the middle of the clip. Several bones that leave one joint lie to each other as
     they do there on average; others point as in the average skeleton.
     """
-    resting, found = offsets(family), np.zeros((len(family), 3))
+    resting, bones = offsets(family), np.zeros((len(family), 3))
     steps = positions - positions[:, list(family.parents)]
     lengths = np.median(np.linalg.norm(steps, axis=2), axis=0)
     for joint in range(len(family)):
@@ -120,5 +120,5 @@ def fitted_to(family: Family, positions: np.ndarray) -> Skeleton:
         if len(children) > 2:
             directions = _as_seen(steps[:, children], directions)
         sizes = np.maximum(np.linalg.norm(directions, axis=1), 1e-12)
-        found[children] = directions * (lengths[children] / sizes)[:, None]
-    return Skeleton(family.joints, np.array(family.parents), found)
+        bones[children] = directions * (lengths[children] / sizes)[:, None]
+    return Skeleton(family.joints, np.array(family.parents), bones)

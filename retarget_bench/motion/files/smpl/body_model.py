@@ -68,7 +68,7 @@ def load(place: Path, family: Family, gender: str, betas: np.ndarray) -> Shaped:
     family: of the motion; with ``BODY`` any will do.
     Raises FileError where there is none, or it does not fit.
     """
-    path = _found(place, family, gender) if place.is_dir() else place
+    path = _model_file(place, family, gender) if place.is_dir() else place
     _check_kind(path)
     archive = Archive(path)
     if missing := [name for name in _NEEDED if name not in archive.names]:
@@ -98,9 +98,9 @@ def _family(path: Path, archive: Archive, regressor: np.ndarray, vertices: int) 
     """The family of a model, by its joints and their tree."""
     own = BY_JOINTS.get(len(regressor) if regressor.ndim else 0, BODY)
     if own is BODY:
-        known = ", ".join(f"{len(each)} ({each.name})" for each in FAMILIES if each is not BODY)
+        counts = ", ".join(f"{len(each)} ({each.name})" for each in FAMILIES if each is not BODY)
         raise FileError(
-            path, f"has a J_regressor of shape {shape_text(regressor.shape)}; joints are {known}"
+            path, f"has a J_regressor of shape {shape_text(regressor.shape)}; joints are {counts}"
         )
     check_shape(path, "J_regressor", regressor, (len(own), vertices))
     tree = archive.numbers("kintree_table")
@@ -127,7 +127,7 @@ def _check_kind(path: Path) -> None:
 
 
 # ------------------------------------------------------------------------------------ which of a folder
-def _found(folder: Path, family: Family, gender: str) -> Path:
+def _model_file(folder: Path, family: Family, gender: str) -> Path:
     """The file of a folder that is named after family and gender: ``SMPLH_MALE.npz``,
     ``smplx/SMPLX_NEUTRAL.npz``, ``smplh/male/model.npz``, ``male/model.npz``."""
     listed = list(islice(_files(folder, 0), _MOST_FILES))
@@ -138,13 +138,13 @@ def _found(folder: Path, family: Family, gender: str) -> Path:
     for path in fitting:
         if path.suffix.lower() == ".npz" and set(_NEEDED) <= set(Archive(path).names):
             return path
-    wanted = f"{gender} {family.name if family is not BODY else 'SMPL'} model"
+    model = f"{gender} {family.name if family is not BODY else 'SMPL'} model"
     if pickled := [path for path in fitting if path.suffix.lower() != ".npz"]:
         raise FileError(pickled[0], f"is {_PICKLED}")
     models = [str(path.relative_to(folder)) for path in listed if path.suffix.lower() == ".npz"]
     holds = ", ".join(models[:6]) or "no .npz file"
     raise FileError(
-        folder, f"has no {wanted}, as in smplh/male/model.npz or SMPLX_NEUTRAL.npz; it holds {holds}"
+        folder, f"has no {model}, as in smplh/male/model.npz or SMPLX_NEUTRAL.npz; it holds {holds}"
     )
 
 

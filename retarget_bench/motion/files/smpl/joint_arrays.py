@@ -36,7 +36,7 @@ from retarget_bench.motion.recording import Recording, of_positions
 
 Joints = str | Sequence[str]
 """A skeleton's name, or names of joints."""
-NAMED = {"body": BODY, "smpl": SMPL, "smplh": SMPLH, "smplx": SMPLX, "h36m": H36M}
+FAMILIES_BY_NAME = {"body": BODY, "smpl": SMPL, "smplh": SMPLH, "smplx": SMPLX, "h36m": H36M}
 """Skeletons whose joints are known by a name."""
 FEATURES = 263
 RATE = 20.0
@@ -51,7 +51,7 @@ def recorded(path: Path, array: np.ndarray, rate: float | None = None, joints: J
     show.
 
     path: what errors call it. rate: frames per second, where they are told: the array does not say them.
-    joints: see ``named``; none: what its shape says. Raises FileError for other arrays.
+    joints: see ``family_of``; none: what its shape says. Raises FileError for other arrays.
     """
     if not len(array.shape) or not len(array):
         raise FileError(path, "has no frames")
@@ -90,36 +90,36 @@ def recorded(path: Path, array: np.ndarray, rate: float | None = None, joints: J
 
 
 def _family(path: Path, array: np.ndarray, joints: Joints) -> Family:
-    family = named(joints) if joints else BY_JOINTS.get(array.shape[1] if array.ndim == 3 else 0)
+    family = family_of(joints) if joints else BY_JOINTS.get(array.shape[1] if array.ndim == 3 else 0)
     if family and array.ndim == 3 and array.shape[1:] == (len(family), 3):
         return family
     if family and joints:
-        wanted = f"positions of these joints are (frames, {len(family)}, 3)"
+        expected = f"positions of these joints are (frames, {len(family)}, 3)"
     else:
         shapes = ", ".join(f"(frames, {each}, 3)" for each in BY_JOINTS)
-        wanted = (
+        expected = (
             f"joint positions of the SMPL family are {shapes}, and features of HumanML3D "
             f"(frames, {FEATURES})"
         )
-    raise FileError(path, f"is of shape {shape_text(array.shape)}; {wanted}")
+    raise FileError(path, f"is of shape {shape_text(array.shape)}; {expected}")
 
 
-def named(joints: Joints) -> Family:
+def family_of(joints: Joints) -> Family:
     """A skeleton by its name, or of joints by their names, all roles or all SMPL's. Raises BenchError for
     others."""
     if isinstance(joints, str):
-        if (family := NAMED.get(joints.casefold().replace("-", ""))) is None:
-            raise BenchError(f"no skeleton is known as {joints!r}; there are {', '.join(NAMED)}")
+        if (family := FAMILIES_BY_NAME.get(joints.casefold().replace("-", ""))) is None:
+            raise BenchError(f"no skeleton is known as {joints!r}; there are {', '.join(FAMILIES_BY_NAME)}")
         return family
     roles = {role: name for name, role in _roles().items()}
-    known = roles if "hips" in joints else {name: name for name in ABOVE}
-    if unknown := [each for each in joints if each not in known]:
-        near = difflib.get_close_matches(unknown[0], known, 3) or list(known)[:3]
+    by_name = roles if "hips" in joints else {name: name for name in ABOVE}
+    if unknown := [each for each in joints if each not in by_name]:
+        near = difflib.get_close_matches(unknown[0], by_name, 3) or list(by_name)[:3]
         raise BenchError(
             f"{unknown[0]!r} is no joint that is known; joints are named by their roles (hips, ...) or as "
             f"in SMPL (pelvis, ...), such as {', '.join(near)}"
         )
-    names = [known[each] for each in joints]
+    names = [by_name[each] for each in joints]
     if names.count("pelvis") != 1 or len(set(names)) < len(names):
         raise BenchError("joints: each is named once, and the hips (in SMPL pelvis) are among them")
     same = (family for family in FAMILIES if family.joints == tuple(names))
@@ -129,8 +129,8 @@ def named(joints: Joints) -> Family:
 def _roles() -> dict[str, str]:
     """Joint of the SMPL family -> its role; one without a role -> a name that is none."""
     body = Character.of("body", average.skeleton(SMPLX))
-    found = zip(SMPLX.joints, body.roles, strict=True)
-    return {name: f"{name}_end" for name in ABOVE} | {name: role or name for name, role in found}
+    pairs = zip(SMPLX.joints, body.roles, strict=True)
+    return {name: f"{name}_end" for name in ABOVE} | {name: role or name for name, role in pairs}
 
 
 def from_features(features: np.ndarray) -> np.ndarray:
@@ -149,12 +149,12 @@ def from_features(features: np.ndarray) -> np.ndarray:
     steps[1:, [0, 2]] = features[:-1, 1:3]
     root = np.cumsum(rotation.rotate(back, steps), axis=0)
     root[:, 1] = features[:, 3]
-    found = np.empty((frames, len(BODY), 3))
-    found[:, 0] = root
+    positions = np.empty((frames, len(BODY), 3))
+    positions[:, 0] = root
     others = features[:, 4 : 4 + 3 * (len(BODY) - 1)].reshape(frames, -1, 3)
-    found[:, 1:] = rotation.rotate(back[:, None], others)
-    found[:, 1:, [0, 2]] += root[:, None, [0, 2]]
-    return found
+    positions[:, 1:] = rotation.rotate(back[:, None], others)
+    positions[:, 1:, [0, 2]] += root[:, None, [0, 2]]
+    return positions
 
 
 def _varies(positions: np.ndarray, family: Family) -> float:

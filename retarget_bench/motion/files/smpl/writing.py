@@ -69,11 +69,11 @@ def _by_role(path: Path, motion: Motion, body: Character) -> Motion:
     chains = ("spine", "neck")
     more = [role for role in own if role.startswith(chains) and role not in needed]
     if lacks or more:
-        told = f"lacks {', '.join(lacks[:4])}" if lacks else f"also has {', '.join(more[:4])}"
+        difference = f"lacks {', '.join(lacks[:4])}" if lacks else f"also has {', '.join(more[:4])}"
         raise FileError(
             path,
             "not written: an AMASS file states the joints of SMPL bodies alone, and "
-            f"{motion.character.name} {told}; choose .bvh or .glb, or a target that is an AMASS file",
+            f"{motion.character.name} {difference}; choose .bvh or .glb, or a target that is an AMASS file",
         )
     return transfer.carry(motion, body, "none")
 

@@ -18,18 +18,18 @@ class Ends:
         self.weight, self._reaches = weight, reaches
 
     def shares(self, cast: Sequence[str], names: Sequence[str]) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Of both bodies of every row: joints ``(n,)`` and chain lengths ``(rows, n, 1)``."""
+        """Joints ``(n,)`` and chain lengths ``(rows, n, 1)`` of both bodies of every row."""
         bodies = [self._reaches[name] for name in (*cast, *names)]
         roles = [role for role in bodies[0] if all(role in body for body in bodies)]
-        found = []
-        for mine in (bodies[: len(cast)], bodies[len(cast) :]):
-            joints = np.array([mine[0][role][0] for role in roles])
-            lengths = np.array([[body[role][1] for role in roles] for body in mine], dtype=np.float32)
-            found.append((joints, lengths[..., None]))
-        return found
+        shares = []
+        for group in (bodies[: len(cast)], bodies[len(cast) :]):
+            joints = np.array([group[0][role][0] for role in roles])
+            lengths = np.array([[body[role][1] for role in roles] for body in group], dtype=np.float32)
+            shares.append((joints, lengths[..., None]))
+        return shares
 
-    def seen(self, poses: Tensor, shared: Sequence[tuple[Tensor, Tensor]], which: int) -> Tensor:
-        """``(frames, rows, n, 3)`` of plain poses ``(frames, rows, channels)``."""
+    def scaled(self, poses: Tensor, shared: Sequence[tuple[Tensor, Tensor]], which: int) -> Tensor:
+        """``(frames, rows, n, 3)`` joints of plain poses ``(frames, rows, channels)``, in chain lengths."""
         joints, lengths = shared[which]
         places = poses[..., :-MOVES].reshape(*poses.shape[:2], -1, 3)
         return places[:, :, joints] / lengths

@@ -62,8 +62,8 @@ class ManyStructures(SightRetargeter):
         if why := super().supports(source, target):
             return why
         for each in (source, target):
-            mine = _signature(self.body(each))
-            if why := unknown(each, self._signatures, self.structure(each), mine):
+            signature = _signature(self.body(each))
+            if why := unknown(each, self._signatures, self.structure(each), signature):
                 return why
         return None
 
@@ -79,10 +79,10 @@ class ManyStructures(SightRetargeter):
     # ---------------------------------------------------------------------------------------- training
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Any:
         """Raises NotSupported where bodies of one structure have different joints."""
-        known: dict[str, tuple[str, Signature]] = {}
+        signatures: dict[str, tuple[str, Signature]] = {}
         for name in sorted(training_data.clips):
             body = self.body(training_data.characters[name])
-            first, joints = known.setdefault(self.structure(body.character), (name, _signature(body)))
+            first, joints = signatures.setdefault(self.structure(body.character), (name, _signature(body)))
             if joints != _signature(body):
                 raise NotSupported(
                     f"{first} and {name} are both of structure {body.character.structure} and have "
@@ -93,7 +93,7 @@ class ManyStructures(SightRetargeter):
             bodies = {name: training_data.characters[name] for name in sorted(training_data.clips)}
             reaches = {name: self._reaches(body) for name, body in bodies.items()}
             module.ends = Ends(self.ends, reaches)
-        module.signatures = {name: joints for name, (_, joints) in known.items()}
+        module.signatures = {name: joints for name, (_, joints) in signatures.items()}
         return module
 
     def _reaches(self, character: Character) -> dict[str, tuple[int, float]]:
@@ -101,14 +101,14 @@ class ManyStructures(SightRetargeter):
         body, unit = self.body(character), features.unit(character, self.lengths)
         parents = body.skeleton.parents
         lengths = np.linalg.norm(body.skeleton.offsets, axis=-1) / unit
-        found = {}
+        reaches = {}
         for joint, role in enumerate(body.roles):
             if role in ENDS:
                 chain, at = 0.0, joint
                 while at > 0:
                     chain, at = chain + float(lengths[at]), int(parents[at])
-                found[role] = joint, chain
-        return found
+                reaches[role] = joint, chain
+        return reaches
 
 
 @lru_cache(maxsize=1024)

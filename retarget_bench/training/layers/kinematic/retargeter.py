@@ -26,7 +26,7 @@ from retarget_bench.training.layers.kinematic.unpaired import TrainingBodies
 from retarget_bench.training.learned_method import LearnedMethod
 
 ROOT_RULE = "hip_height"
-"""What the first place of the hips is scaled by."""
+"""The scale of the first position of the hips."""
 
 
 class Stream(Protocol):
@@ -99,11 +99,11 @@ class SightRetargeter(LearnedMethod):
 
     @abstractmethod
     def roles(self, character: Character) -> tuple[str | None, ...]:
-        """Of the joints that the networks see."""
+        """Roles of the joints that the networks see."""
 
     @abstractmethod
     def structure(self, character: Character) -> str:
-        """Whose networks a character that fits is put through."""
+        """The structure whose networks a character goes through."""
 
     @abstractmethod
     def unfit(self, character: Character) -> str:
@@ -116,18 +116,18 @@ class SightRetargeter(LearnedMethod):
     def networks(self, device: str = "cpu") -> Mapping[str, Any]:
         """Structure -> networks, ready for inference. Raises BenchError where there are no weights."""
         if device not in self._networks:
-            found: dict[str, nn.Module] = {}
+            networks: dict[str, nn.Module] = {}
             for name in sorted({name.partition(".")[0] for name in self.tensors}):
                 head = f"{name}."
-                mine = {
+                state = {
                     key.removeprefix(head): each.float()
                     for key, each in self.tensors.items()
                     if key.startswith(head) and key != name + SIGNATURE
                 }
-                found[name] = self.generator(len(mine["scale.places_mean"]) // 3).eval()
-                found[name].load_state_dict(mine)
-                found[name].to(device)
-            self._networks[device] = found
+                networks[name] = self.generator(len(state["scale.places_mean"]) // 3).eval()
+                networks[name].load_state_dict(state)
+                networks[name].to(device)
+            self._networks[device] = networks
         return self._networks[device]
 
     @cached_property
@@ -141,7 +141,7 @@ class SightRetargeter(LearnedMethod):
         return features.see(source, self.body(character), self.facing, unit, self.variant)
 
     def bones(self, character: Character) -> np.ndarray:
-        """``(joints, 3)`` float32 as the networks are told, in the unit."""
+        """``(joints, 3)`` float32 inputs of the networks, in the unit."""
         unit = features.unit(character, self.lengths)
         return np.asarray(self.body(character).offsets / unit, dtype=np.float32)
 
@@ -166,11 +166,11 @@ class SightRetargeter(LearnedMethod):
                 raise NotSupported(why)
             key = (self.structure(source.character), self.structure(target), context.device)
             groups.setdefault(key, []).append(number)
-        found: dict[int, Motion] = {}
+        answers: dict[int, Motion] = {}
         for (_, _, device), rows in groups.items():
             motions = self._together(device, [sources[row] for row in rows], [targets[row] for row in rows])
-            found |= dict(zip(rows, motions, strict=True))
-        return [found[number] for number in range(len(sources))]
+            answers |= dict(zip(rows, motions, strict=True))
+        return [answers[number] for number in range(len(sources))]
 
     @abstractmethod
     def stream(self, cases: Cases) -> Stream:
@@ -181,25 +181,25 @@ class SightRetargeter(LearnedMethod):
     ) -> list[Motion]:
         """Of one pair of structures; shorter motions are followed by zeros, which nothing real sees."""
         actors = [source.character for source in sources]
-        seen = [self.see(source) for source in sources]
+        sights = [self.see(source) for source in sources]
         ratios = [root_rules.ratios(ROOT_RULE, *pair) for pair in zip(actors, targets, strict=True)]
-        poses, turn = _padded([sight.poses for sight in seen]), _padded([sight.turn for sight in seen])
-        hips = _padded([sight.hips * by for sight, by in zip(seen, ratios, strict=True)])
-        heights = [sight.height * by[1] for sight, by in zip(seen, ratios, strict=True)]
-        told = heights if self.variant == "released" else ()
-        lengths = [len(sight.poses) for sight in seen]
-        stream = self.stream(Cases(actors, targets, device, told, lengths))
+        poses, turn = _padded([sight.poses for sight in sights]), _padded([sight.turn for sight in sights])
+        hips = _padded([sight.hips * by for sight, by in zip(sights, ratios, strict=True)])
+        heights = [sight.height * by[1] for sight, by in zip(sights, ratios, strict=True)]
+        given_heights = heights if self.variant == "released" else ()
+        lengths = [len(sight.poses) for sight in sights]
+        stream = self.stream(Cases(actors, targets, device, given_heights, lengths))
         parts = []
         for first in range(0, len(poses), self.chunk):
             chunk = slice(first, first + self.chunk)
             parts.append(stream.advance(poses[chunk], turn[chunk], hips[chunk], self.clean))
         turns, faced, hips = (np.concatenate(each) for each in zip(*parts, strict=True))
-        found = []
-        for row, (source, target, sight) in enumerate(zip(sources, targets, seen, strict=True)):
+        motions = []
+        for row, (source, target, sight) in enumerate(zip(sources, targets, sights, strict=True)):
             own = slice(len(sight.poses)), row
             body, frames, fps = self.body(target), len(source.positions), source.fps
-            found.append(features.answer(body, turns[own], faced[own], hips[own], frames, fps))
-        return found
+            motions.append(features.answer(body, turns[own], faced[own], hips[own], frames, fps))
+        return motions
 
     # --------------------------------------------------------------------------------------- training
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
@@ -216,7 +216,7 @@ class SightRetargeter(LearnedMethod):
         """See ``training/contract.py``."""
 
     def training_bodies(self, training_data: TrainingData) -> TrainingBodies:
-        """The characters by structure, and what networks are told of them."""
+        """The characters by structure, with the networks' inputs of each."""
         cast = training_data.characters
         casts: dict[str, list[str]] = {}
         for name in sorted(training_data.clips):
@@ -224,7 +224,7 @@ class SightRetargeter(LearnedMethod):
         return TrainingBodies(
             training_data,
             casts,
-            {name: self.body(cast[mine[0]]).skeleton for name, mine in casts.items()},
+            {name: self.body(cast[members[0]]).skeleton for name, members in casts.items()},
             {name: self.bones(cast[name]) for name in sorted(training_data.clips)},
             {name: self.lacks(cast[name]) for name in sorted(training_data.clips)},
         )

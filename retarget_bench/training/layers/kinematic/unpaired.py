@@ -1,4 +1,4 @@
-"""Training without pairs: rows of one source and one target structure, and what networks know of them."""
+"""Training without pairs: rows of one source and one target structure, and their networks' inputs."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ OWN = 0.5
 
 @dataclass(frozen=True, eq=False)
 class TrainingBodies:
-    """The clips to train on, and what networks are told of their bodies.
+    """The clips to train on, and the networks' inputs of their bodies.
 
     clips: with ``poses`` as ``features.see`` gives them. casts: structure -> its characters. skeletons: of
     each structure. bones: character -> ``(joints, 3)``. lacks: character -> ``(joints,)`` bool, which of
@@ -44,8 +44,8 @@ class TrainingBodies:
 
 @dataclass(frozen=True, eq=False)
 class GroupCast:
-    """Who is in a group of rows: a source and a target of each, ``same`` ``(rows,)`` bool where the target
-    is meant to be the source, and ``among``, all targets that there are."""
+    """The bodies of a group of rows: a source and a target of each, ``same`` ``(rows,)`` bool where the
+    target is meant to be the source, and ``among``, all targets that there are."""
 
     sources: Sequence[str]
     targets: Sequence[str]
@@ -85,9 +85,9 @@ class UnpairedTraining:
         self.signatures: Mapping[str, Signature] = {}
         self.ends: Ends | None = None
         self._generators: dict[str, Any] = {}
-        for name, mine in self._casts.items():
+        for name, members in self._casts.items():
             self._generators[name] = generator(len(skeletons[name]))
-            self._fit(self._generators[name].scale, mine)
+            self._fit(self._generators[name].scale, members)
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(self._generators)})
 
     # ------------------------------------------------------------------------------------- batches
@@ -133,14 +133,15 @@ class UnpairedTraining:
         return group
 
     def _beside(self, numbers: np.random.Generator, group: GroupCast) -> dict[str, Any]:
-        """What else a group has."""
+        """Further entries of a group."""
         del numbers, group
         return {}
 
     def _targets(
         self, numbers: np.random.Generator, cast: Sequence[str], same: np.ndarray, among: Sequence[str]
     ) -> list[str]:
-        """Of every row; ``released`` may draw the source itself, ours only where there is no other."""
+        """The target of every row; ``released`` may draw the source itself, ours only where there is no
+        other."""
         names = []
         for name, itself in zip(cast, same, strict=True):
             others = [other for other in among if self._released or other != name]
@@ -157,29 +158,31 @@ class UnpairedTraining:
         group: Mapping[str, Any],
         source: Scale,
         target: Scale,
-        asked: Tensor,
-        given: Tensor,
+        inputs: Tensor,
+        answers: Tensor,
         real: Tensor,
     ) -> dict[str, Tensor]:
         """Terms on ends of limbs and on movements, where a group goes to another structure; sums over real
-        frames ``(frames, rows)``. asked, given: normalised poses of sources and answers."""
+        frames ``(frames, rows)``. inputs, answers: normalised poses of sources and answers."""
         if self.ends is None:
             return {}
-        nothing = given.new_zeros(())
+        nothing = answers.new_zeros(())
         if "ends" not in group:
             return {"ends": nothing, "ends_moves": nothing}
-        asked, given = source.plain(asked), target.plain(given)
-        seen = [self.ends.seen(each, group["ends"], number) for number, each in enumerate((asked, given))]
-        moved = (asked[..., -MOVES:] - given[..., -MOVES:]) / source.moves_deviation
+        inputs, answers = source.plain(inputs), target.plain(answers)
+        ends = [
+            self.ends.scaled(each, group["ends"], number) for number, each in enumerate((inputs, answers))
+        ]
+        moved = (inputs[..., -MOVES:] - answers[..., -MOVES:]) / source.moves_deviation
         return {
-            "ends": self.ends.weight * ends_loss(seen[0], seen[1], real),
+            "ends": self.ends.weight * ends_loss(ends[0], ends[1], real),
             "ends_moves": (moved.square().sum(-1) * real).sum(),
         }
 
-    def _kept(self, groups: Sequence[Mapping[str, Any]]) -> Tensor:
+    def _same_frames(self, groups: Sequence[Mapping[str, Any]]) -> Tensor:
         """Real frames of the rows whose target is the source, at least one."""
-        kept = torch.stack([(group["lengths"] * group["same"]).sum() for group in groups])
-        return kept.sum().clamp(min=1)
+        frames = torch.stack([(group["lengths"] * group["same"]).sum() for group in groups])
+        return frames.sum().clamp(min=1)
 
     def _tree(self, name: str, like: Tensor) -> Tree:
         if self._trees[name].mask.device != like.device:

@@ -1,4 +1,4 @@
-"""What methods share that have networks for every structure, around rotations of its edges (SAN, PAN).
+"""Layers of methods with networks for every structure, on rotations of its edges (SAN, PAN).
 
 A body is seen in the ``Layout`` of a structure, as ``Features`` of its edges. ``SkeletalMethod`` retargets
 by ``StructureNetworks``, which ``SkeletalTraining`` trains.

@@ -43,11 +43,11 @@ class LayoutBody:
     def positions(self) -> np.ndarray:
         """``(joints, 3)`` metres, in the reference pose, relative to the root."""
         skeleton, pose = self.character.skeleton, self.character.reference_pose
-        known = kinematics.forward(skeleton, pose, np.zeros(3))[0]
-        found = np.zeros((len(self.joints), 3))
+        world = kinematics.forward(skeleton, pose, np.zeros(3))[0]
+        positions = np.zeros((len(self.joints), 3))
         for rank, (joint, parent) in enumerate(zip(self.joints, self.layout.parents, strict=True)):
-            found[rank] = known[joint] - known[self.joints[0]] if joint >= 0 else found[parent]
-        return found
+            positions[rank] = world[joint] - world[self.joints[0]] if joint >= 0 else positions[parent]
+        return positions
 
     @cached_property
     def bones(self) -> np.ndarray:
@@ -66,12 +66,12 @@ class LayoutBody:
     @cached_property
     def end_sites(self) -> dict[int, np.ndarray]:
         """Joint of the layout -> ``(3,)`` metres from it to the end of its bone, in the reference pose."""
-        character, found = self.character, {}
+        character, sites = self.character, {}
         for site in reversed(character.skeleton.end_sites):
             if site.parent in self.joints:
                 turn = character.reference_globals[site.parent]
-                found[self.joints.index(site.parent)] = rotation.rotate(turn, np.array(site.offset))
-        return dict(sorted(found.items()))
+                sites[self.joints.index(site.parent)] = rotation.rotate(turn, np.array(site.offset))
+        return dict(sorted(sites.items()))
 
     @cached_property
     def chains(self) -> Skeleton:
@@ -88,10 +88,10 @@ class LayoutBody:
     def see(self, motion: Motion, turn: np.ndarray | None) -> np.ndarray:
         """``(frames, edges, 4)`` rotations that edges carry, seen from ``turn`` ``(frames, 4)`` (a rotation
         about the vertical axis), signs continuous along time."""
-        known = transfer.relative(motion)
-        turned = np.empty((len(known), len(self.joints), 4))
+        relative = transfer.relative(motion)
+        turned = np.empty((len(relative), len(self.joints), 4))
         for rank, (joint, parent) in enumerate(zip(self.joints, self.layout.parents, strict=True)):
-            turned[:, rank] = known[:, joint] if joint >= 0 else turned[:, parent]
+            turned[:, rank] = relative[:, joint] if joint >= 0 else turned[:, parent]
         if turn is not None:
             turned = rotation.multiply(rotation.conjugate(turn)[:, None], turned)
         local = rotation.normalise(kinematics.local_from_global(self.skeleton, turned))
@@ -125,9 +125,9 @@ class LayoutBody:
         if self.joints[0] != self.character.joint_of["hips"]:
             ranks.sort(key=lambda rank: self.joints[rank])  # as the file's tree has them
             hips = root + rotation.rotate(turned[:, ranks[0]], self.positions[ranks[0]])
-        known = Aligned(self.character, tuple(self.joints[rank] for rank in ranks))
-        local = kinematics.local_from_global(known.skeleton, turned[:, ranks])
-        return known.motion(rotation.normalise(local), hips, fps)
+        aligned_body = Aligned(self.character, tuple(self.joints[rank] for rank in ranks))
+        local = kinematics.local_from_global(aligned_body.skeleton, turned[:, ranks])
+        return aligned_body.motion(rotation.normalise(local), hips, fps)
 
     def _orientations(self, edges: np.ndarray, ends: np.ndarray | None) -> np.ndarray:
         """``(frames, joints, 4)`` of the layout's joints, relative to the reference pose."""
@@ -139,28 +139,28 @@ class LayoutBody:
         rest = np.repeat(identity, len(layout.ends), axis=1)
         local = np.concatenate([identity, edges, rest], axis=1)
         chain = kinematics.forward(self.chains, local, np.zeros((frames, 3)))[1][:, 1 : layout.edges + 1]
-        found = np.zeros((frames, len(self.joints), 4))
+        orientations = np.zeros((frames, len(self.joints), 4))
         for rank in range(len(self.joints)):
             leaving = np.flatnonzero(layout.turned == rank)
             if len(leaving) == 0:
-                found[:, rank] = chain[:, rank - 1]
+                orientations[:, rank] = chain[:, rank - 1]
                 if ends is not None:
-                    found[:, rank] = rotation.multiply(found[:, rank], ends[:, rank])
+                    orientations[:, rank] = rotation.multiply(orientations[:, rank], ends[:, rank])
             else:
-                found[:, rank] = _mean(chain[:, leaving])
-        return found
+                orientations[:, rank] = _mean(chain[:, leaving])
+        return orientations
 
     def ends_of(self, motion: Motion) -> np.ndarray:
         """``(frames, joints, 4)`` local rotations of all joints of the layout, the identity where there is
         no such joint: what ``motion`` takes as ``ends``."""
-        known = transfer.relative(motion)
-        found = np.zeros((len(known), len(self.joints), 4))
-        found[..., 0] = 1.0
+        relative = transfer.relative(motion)
+        rotations = np.zeros((len(relative), len(self.joints), 4))
+        rotations[..., 0] = 1.0
         for rank, (joint, parent) in enumerate(zip(self.joints, self.layout.parents, strict=True)):
             if joint >= 0 and rank and self.joints[parent] >= 0:
-                above = rotation.conjugate(known[:, self.joints[parent]])
-                found[:, rank] = rotation.multiply(above, known[:, joint])
-        return found
+                above = rotation.conjugate(relative[:, self.joints[parent]])
+                rotations[:, rank] = rotation.multiply(above, relative[:, joint])
+        return rotations
 
 
 def _mean(turned: np.ndarray) -> np.ndarray:
@@ -172,10 +172,10 @@ def _mean(turned: np.ndarray) -> np.ndarray:
 
 def tree_of(character: Character, turned: bool) -> tuple[list[int], tuple[int, ...]]:
     """Parents of the joints that position errors count, and the joints; ``turned``: see ``rerooted``."""
-    mine = aligned(character)
-    parents, joints = mine.skeleton.parents.tolist(), mine.joints
+    body = aligned(character)
+    parents, joints = body.skeleton.parents.tolist(), body.joints
     if turned:
-        parents, order = rerooted(parents, mine.roles)
+        parents, order = rerooted(parents, body.roles)
         joints = tuple(joints[joint] for joint in order)
     return parents, joints
 

@@ -46,17 +46,17 @@ class Discriminators(nn.Module):
 
         shown: structure, real motion, answers. The term has the name that logs and cards have.
         """
-        found = []
+        losses = []
         for name, real, answers in shown:
             if name in self.pools:
                 answers = self.pools[name](answers)
             discriminator = self.discriminators[name]
-            found.append(discriminator_loss(discriminator(real), discriminator(answers)))
-        if not found:
+            losses.append(discriminator_loss(discriminator(real), discriminator(answers)))
+        if not losses:
             return {}
         names = {name for name, _, _ in shown}
         unused = [each for name, each in self.discriminators.items() if name not in names]
         # processes that train together need a gradient of every parameter
         idle = [0.0 * parameter.sum() for each in unused for parameter in each.parameters()]
-        total = torch.stack(found).sum() if self.summed else torch.stack(found).mean()
+        total = torch.stack(losses).sum() if self.summed else torch.stack(losses).mean()
         return {"told_apart": total + (torch.stack(idle).sum() if idle else 0.0)}

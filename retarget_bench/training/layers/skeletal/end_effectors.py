@@ -20,10 +20,10 @@ END_EFFECTORS = (
 
 def ends_of(layout: Layout) -> dict[int, int]:
     """Number of an end effector -> its joint, if that belongs to a part: others are not encoded."""
-    found: dict[int, int] = {}
-    for number, wanted in enumerate(END_EFFECTORS):
-        known: Sequence[str] = [role for role in wanted if role in layout.roles]
-        joints = [layout.roles.index(role) for role in known]
+    joint_of: dict[int, int] = {}
+    for number, roles in enumerate(END_EFFECTORS):
+        present: Sequence[str] = [role for role in roles if role in layout.roles]
+        joints = [layout.roles.index(role) for role in present]
         if joints and layout.encoded[joints[0]]:
-            found[number] = joints[0]
-    return found
+            joint_of[number] = joints[0]
+    return joint_of

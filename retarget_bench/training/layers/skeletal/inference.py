@@ -25,7 +25,7 @@ PIECE = 2048
 MARGIN = 64
 """Context frames on both sides of a piece: more than four convolutions reach."""
 STEP = 4
-"""What a number of frames has to be a multiple of."""
+"""The number of frames is a multiple of this."""
 LEAST = 16
 """Frames: shorter clips are lengthened, since convolutions mirror what is beyond the ends."""
 
@@ -35,7 +35,7 @@ Assigned = tuple[str, LayoutBody]
 
 
 class Retargeter(Protocol):
-    """What retargeting reads of a method; see ``SkeletalMethod``."""
+    """The part of a method that retargeting reads; see ``SkeletalMethod``."""
 
     settings: Any
     target_stats: Any
@@ -52,14 +52,14 @@ class Retargeter(Protocol):
 class Question:
     """A case: what the features of the source's motion are, on which bodies, by whose statistics.
 
-    structures: of source and target. seen: see ``Features.see``, at 30 frames per second. tips: see
+    structures: of source and target. inputs: see ``Features.see``, at 30 frames per second. tips: see
     ``tips``; None: at rest. statistics: of source and target, each ``(2, edges + 1, 4)``: mean and
     deviation.
     """
 
     source: Motion
     structures: tuple[str, str]
-    seen: Mapping[str, np.ndarray]
+    inputs: Mapping[str, np.ndarray]
     actor: LayoutBody
     body: LayoutBody
     tips: np.ndarray | None
@@ -82,38 +82,40 @@ def retargeted(
     for number, (source, body, context) in enumerate(zip(sources, bodies, contexts, strict=True)):
         question = _question(method, source, body, context)
         questions.append(question)
-        key = (*question.structures, len(question.seen["edges"]), context.device)
+        key = (*question.structures, len(question.inputs["edges"]), context.device)
         groups.setdefault(key, []).append(number)
-    found: dict[int, Motion] = {}
+    motions: dict[int, Motion] = {}
     for (first, second, _, device), rows in groups.items():
-        asked = [questions[row] for row in rows]
-        given, wanted = (torch.stack(each) for each in zip(*(q.statistics for q in asked), strict=True))
+        group = [questions[row] for row in rows]
+        source_statistics, target_statistics = (
+            torch.stack(each) for each in zip(*(q.statistics for q in group), strict=True)
+        )
         edges = answered(
             structures[first].to(device),
             structures[second].to(device),
-            np.stack([each.seen["edges"] for each in asked]),
+            np.stack([each.inputs["edges"] for each in group]),
             (
-                np.stack([features.bones(each.actor) for each in asked]),
-                np.stack([features.bones(each.body) for each in asked]),
+                np.stack([features.bones(each.actor) for each in group]),
+                np.stack([features.bones(each.body) for each in group]),
             ),
-            (given, wanted),
+            (source_statistics, target_statistics),
             features.path == "carried",
         )
-        for row, each, answer in zip(rows, asked, edges, strict=True):
+        for row, each, answer in zip(rows, group, edges, strict=True):
             ratios = features.ratios(each.actor.character, each.body.character)
-            motion = features.motion(each.body, answer, each.seen, ratios, method.yaw, each.tips)
-            found[row] = rates.back(motion, each.source)
-    return [found[number] for number in range(len(questions))]
+            motion = features.motion(each.body, answer, each.inputs, ratios, method.yaw, each.tips)
+            motions[row] = rates.back(motion, each.source)
+    return [motions[number] for number in range(len(questions))]
 
 
-def _question(method: Retargeter, source: Motion, asked: Assigned, context: Context) -> Question:
-    (here, actor), (there, body) = method.assigned(source.character), asked
+def _question(method: Retargeter, source: Motion, target: Assigned, context: Context) -> Question:
+    (here, actor), (there, body) = method.assigned(source.character), target
     shown = rates.at_thirty(source)
     assert isinstance(shown, Motion)
     ends = tips(shown, actor, body) if method.tips == "copied" else None
     statistics = _statistics(method, here, actor), _statistics(method, there, body, context)
-    seen = method.settings.features.see(shown, actor)
-    return Question(source, (here, there), seen, actor, body, ends, statistics)
+    inputs = method.settings.features.see(shown, actor)
+    return Question(source, (here, there), inputs, actor, body, ends, statistics)
 
 
 def _statistics(method: Retargeter, name: str, body: LayoutBody, context: Context | None = None) -> Tensor:
@@ -128,10 +130,10 @@ def _statistics(method: Retargeter, name: str, body: LayoutBody, context: Contex
         return torch.stack([structure.mean[row], structure.deviation[row]]).cpu()
     shown = map(rates.at_thirty, context.target_motions or ())
     see = method.settings.features.see
-    seen = [see(each, body)["edges"] for each in shown if isinstance(each, Motion)]
-    if not seen:
+    edges = [see(each, body)["edges"] for each in shown if isinstance(each, Motion)]
+    if not edges:
         raise NotSupported(f"there is no motion of {character.name} to take statistics of")
-    return torch.stack(statistics_of(np.concatenate(seen), method.settings.least_deviation))
+    return torch.stack(statistics_of(np.concatenate(edges), method.settings.least_deviation))
 
 
 def answered(
@@ -150,27 +152,27 @@ def answered(
     """
     frames = edges.shape[1]
     device = target.mean.device
-    whole = torch.from_numpy(_lengthened(edges)).to(device)
-    given, wanted = (each.to(device) for each in statistics)
+    padded = torch.from_numpy(_lengthened(edges)).to(device)
+    source_statistics, target_statistics = (each.to(device) for each in statistics)
     actors, bodies = (torch.from_numpy(each).to(device) for each in bones)
     out = []
     with torch.inference_mode():
-        seen = (whole - given[:, :1]) / given[:, 1:]
-        for first in range(0, whole.shape[1], PIECE):
-            start, end = max(first - MARGIN, 0), min(first + PIECE + MARGIN, whole.shape[1])
-            code = target.taken(source.code(seen[:, start:end], actors), source.layout)
+        normalised = (padded - source_statistics[:, :1]) / source_statistics[:, 1:]
+        for first in range(0, padded.shape[1], PIECE):
+            start, end = max(first - MARGIN, 0), min(first + PIECE + MARGIN, padded.shape[1])
+            code = target.rearranged(source.code(normalised[:, start:end], actors), source.layout)
             out.append(target.answer(code, bodies)[:, first - start :][:, :PIECE])
-        plain = torch.cat(out, 1)[:, :frames] * wanted[:, 1:] + wanted[:, :1]
+        plain = torch.cat(out, 1)[:, :frames] * target_statistics[:, 1:] + target_statistics[:, :1]
         if carried:
-            plain[:, :, -1] += whole[:, :frames, -1] - wanted[:, 0, -1:]
+            plain[:, :, -1] += padded[:, :frames, -1] - target_statistics[:, 0, -1:]
     return np.asarray(plain.cpu().numpy())
 
 
 def _lengthened(edges: np.ndarray) -> np.ndarray:
     """With the last frame repeated up to a number of frames that the networks take."""
     frames = edges.shape[1]
-    wanted = max(-(-frames // STEP) * STEP, LEAST)
-    return np.pad(edges, ((0, 0), (0, wanted - frames), (0, 0), (0, 0)), mode="edge").astype(np.float32)
+    length = max(-(-frames // STEP) * STEP, LEAST)
+    return np.pad(edges, ((0, 0), (0, length - frames), (0, 0), (0, 0)), mode="edge").astype(np.float32)
 
 
 def tips(source: Motion, actor: LayoutBody, body: LayoutBody) -> np.ndarray:
@@ -179,10 +181,10 @@ def tips(source: Motion, actor: LayoutBody, body: LayoutBody) -> np.ndarray:
     At rest where the source has no such joint, or where it belongs to no part.
     """
     turned, place = actor.ends_of(source), {role: n for n, role in enumerate(actor.layout.roles) if role}
-    found = rotation.identity(len(turned), len(body.joints))
+    rotations = rotation.identity(len(turned), len(body.joints))
     for joint, role in enumerate(body.layout.roles):
         there = place.get(role or "", 0)
-        known = there > 0 and joint > 0 and actor.joints[there] >= 0
-        if known and actor.layout.encoded[there] and body.layout.encoded[joint]:
-            found[:, joint] = turned[:, there]
-    return found
+        shared = there > 0 and joint > 0 and actor.joints[there] >= 0
+        if shared and actor.layout.encoded[there] and body.layout.encoded[joint]:
+            rotations[:, joint] = turned[:, there]
+    return rotations

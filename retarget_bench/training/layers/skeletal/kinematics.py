@@ -76,6 +76,6 @@ def world(positions: Tensor, root: Tensor, kind: Root, turn: Tensor | None = Non
     level = steps.cumsum(1) - steps[:, :1]
     rise = root[..., 1]
     up = rise if kind == "height" else rise.cumsum(1) - rise[:, :1]
-    seen = turn[..., None] * torch.complex(positions[..., 2].contiguous(), positions[..., 0].contiguous())
-    moved = seen + level[..., None]
+    turned = turn[..., None] * torch.complex(positions[..., 2].contiguous(), positions[..., 0].contiguous())
+    moved = turned + level[..., None]
     return torch.stack([moved.imag, positions[..., 1] + up[..., None], moved.real], -1)

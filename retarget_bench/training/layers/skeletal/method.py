@@ -62,8 +62,8 @@ class SkeletalMethod(LearnedMethod):
 
     # ---------------------------------------------------------------------------------------- training
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        seen: Mapping[str, np.ndarray] = self.settings.features.see(motion, self.body(motion.character))
-        return seen
+        arrays: Mapping[str, np.ndarray] = self.settings.features.see(motion, self.body(motion.character))
+        return arrays
 
     def bodies(self, training_data: TrainingData) -> dict[str, dict[str, LayoutBody]]:
         """Structure -> character -> its body.
@@ -71,18 +71,18 @@ class SkeletalMethod(LearnedMethod):
         Raises NotSupported where bodies of one structure differ in joints, or there is one body only."""
         if len(training_data.clips) < 2:
             raise NotSupported(f"{self.card.name} learns from at least two characters, and there is one")
-        found: dict[str, dict[str, LayoutBody]] = {}
+        bodies: dict[str, dict[str, LayoutBody]] = {}
         for name in sorted(training_data.clips):
             body = self.body(training_data.characters[name])
-            mine = found.setdefault(structure_key(body.character), {})
-            mine[name] = body
-            first = next(iter(mine.values()))
+            members = bodies.setdefault(structure_key(body.character), {})
+            members[name] = body
+            first = next(iter(members.values()))
             if first.layout != body.layout:
                 raise NotSupported(
                     f"{first.character.name} and {name} are both of structure {body.character.structure} "
                     "and have different joints; give one of them another structure"
                 )
-        return found
+        return bodies
 
     # ----------------------------------------------------------------------------------- retargeting
     @abstractmethod

@@ -39,14 +39,14 @@ class StructureNetworks(nn.Module):
         bones: ``(rows, edges + 1, 3)``, the last of which is zero."""
 
     @abstractmethod
-    def taken(self, code: Tensor, source: Layout) -> Tensor:
+    def rearranged(self, code: Tensor, source: Layout) -> Tensor:
         """A code of another structure, arranged as this one's decoder reads it."""
 
     @abstractmethod
     def answer(self, code: Tensor, bones: Tensor) -> Tensor:
         """``(rows, frames, edges + 1, 4)`` normalised channels of bodies with these bones.
 
-        code: what ``taken`` gives. bones: ``(rows, edges + 1, 3)``."""
+        code: what ``rearranged`` gives. bones: ``(rows, edges + 1, 3)``."""
 
     def statistics_row(self, names: Sequence[str]) -> list[int]:
         """Rows of the statistics: a character's own, or 0, that of all."""
@@ -89,15 +89,15 @@ class StructureNetworks(nn.Module):
 
 def by_structure(tensors: Mapping[str, Tensor]) -> Mapping[str, Mapping[str, Tensor]]:
     """Structure -> its tensors, from all of them by ``structure.name``."""
-    found: dict[str, dict[str, Tensor]] = {}
+    structures: dict[str, dict[str, Tensor]] = {}
     for key in sorted(tensors):
         structure, _, name = key.partition(".")
-        found.setdefault(structure, {})[name] = tensors[key]
-    return found
+        structures.setdefault(structure, {})[name] = tensors[key]
+    return structures
 
 
 def matching(
-    structure: StructureNetworks, name: str, known: Mapping[str, Mapping[str, Tensor]]
+    structure: StructureNetworks, name: str, structures: Mapping[str, Mapping[str, Tensor]]
 ) -> Mapping[str, Tensor]:
     """The tensors of the structure with these joints and characters; of several, those of this name.
 
@@ -108,12 +108,16 @@ def matching(
     def same(tensors: Mapping[str, Tensor]) -> bool:
         return all(torch.equal(tensors[key].to(each.dtype), each) for key, each in marks.items())
 
-    fitting = [each for each in known if all(key in known[each] for key in MARKS) and same(known[each])]
+    fitting = [
+        each
+        for each in structures
+        if all(key in structures[each] for key in MARKS) and same(structures[each])
+    ]
     if not fitting:
         raise BenchError(
-            f"the weights know no structure with the joints of {name}; they know {', '.join(known)}"
+            f"the weights know no structure with the joints of {name}; they know {', '.join(structures)}"
         )
-    return known[name if name in fitting else fitting[0]]
+    return structures[name if name in fitting else fitting[0]]
 
 
 def described(tensors: Mapping[str, Tensor]) -> tuple[list[int], list[str | None], list[str]]:
@@ -138,5 +142,5 @@ def arranged(code: Tensor, source: Layout, target: Layout) -> Tensor:
         return code
     there = {name: number for number, name in enumerate(source.names)}
     empty = torch.zeros_like(code[:, :, 0])
-    found = [code[:, :, there[name]] if name in there else empty for name in target.names]
-    return torch.stack(found, 2)
+    parts = [code[:, :, there[name]] if name in there else empty for name in target.names]
+    return torch.stack(parts, 2)

@@ -26,7 +26,7 @@ Side = Mapping[str, Any]
 
 
 class TrainingSettings(Protocol):
-    """What of a method's settings its training reads.
+    """The part of a method's settings that its training reads.
 
     statistics: mean and deviation by ``structure`` or by ``character``; deviations are ``least_deviation``
     or more. shared: structures begin with the same weights for what they have in common.
@@ -103,20 +103,20 @@ class SkeletalTraining(ABC, Generic[Networks]):
         return self._build(self.export())
 
     def export(self) -> Mapping[str, Tensor]:
-        found: dict[str, Tensor] = {}
+        tensors: dict[str, Tensor] = {}
         for name, structure in self._structures.items():
             state = exported(structure) | structure.marks()
-            found |= {f"{name}.{key}": each for key, each in state.items()}
-        return found
+            tensors |= {f"{name}.{key}": each for key, each in state.items()}
+        return tensors
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
         """Take over weights, also of another data set: structures are matched by their joints. Statistics
         stay those of this training's motion, which may be wider than what the weights have seen.
 
         Raises BenchError where one is missing or does not fit."""
-        known = by_structure(tensors)
-        found = {name: matching(each, name, known) for name, each in self._structures.items()}
+        structures = by_structure(tensors)
+        matches = {name: matching(each, name, structures) for name, each in self._structures.items()}
         for name, structure in self._structures.items():
             fitted = structure.mean.clone(), structure.deviation.clone()
-            structure.load(found[name])
+            structure.load(matches[name])
             structure.mean, structure.deviation = fitted

@@ -24,16 +24,16 @@ def rerooted(parents: Sequence[int], roles: Sequence[str | None]) -> tuple[list[
             beside[joint].append(parent)
             beside[parent].append(joint)
     above: dict[int, int] = {}
-    found: list[int] = []
+    order: list[int] = []
     rest = [where_legs_begin(parents, roles)]
     while rest:
         joint = rest.pop()
-        found.append(joint)
+        order.append(joint)
         below = [each for each in beside[joint] if each != above.get(joint)]
         above |= dict.fromkeys(below, joint)
         rest += sorted(below, key=lambda each: (_limb(each, joint, beside, roles), each), reverse=True)
-    place = {joint: rank for rank, joint in enumerate(found)}
-    return [place[above[joint]] if joint in above else -1 for joint in found], found
+    place = {joint: rank for rank, joint in enumerate(order)}
+    return [place[above[joint]] if joint in above else -1 for joint in order], order
 
 
 def where_legs_begin(parents: Sequence[int], roles: Sequence[str | None]) -> int:

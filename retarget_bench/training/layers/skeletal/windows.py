@@ -16,7 +16,7 @@ from retarget_bench.training.layers.skeletal.structure import StructureNetworks
 CONSTANT = 1e-5
 """A channel with a smaller deviation is taken for constant and not scaled (released code)."""
 BODIES = ("which", "bones", "unit", "turn")
-"""What a batch has of the bodies of its rows, see ``Windows.draw``."""
+"""Entries of a batch for the bodies of its rows, see ``Windows.draw``."""
 
 
 class Windows:
@@ -49,7 +49,7 @@ class Windows:
         structure: its number. edges ``(rows, frames, edges + 1, 4)``; turn ``(rows, frames, 2)`` where the
         body faces, from the window's first frame on; which ``(rows,)`` the row of its statistics; bones
         ``(rows, edges + 1 + end sites, 3)``; unit ``(rows,)`` in heights.
-        asked: which, bones, unit and turn of the bodies here that take each side's motion, then of its own.
+        targets: which, bones, unit and turn of the bodies here that take each side's motion, then its own.
         """
         count = min(2, len(self._names))
         chosen = sorted(numbers.choice(len(self._names), count, replace=False).tolist())
@@ -61,11 +61,13 @@ class Windows:
             sides.append({"structure": number, **self._window(numbers, cast), **self._of(name, cast)})
         for side, number in zip(sides, chosen, strict=True):
             name = self._names[number]
-            taken = [
+            bodies = [
                 self._of(name, self._material.cast(numbers, size, self._casts[name])) for _ in range(count)
             ]
-            asked = [{**each, "turn": other["turn"]} for each, other in zip(taken, sides, strict=True)]
-            side["asked"] = {key: np.concatenate([each[key] for each in (*asked, side)]) for key in BODIES}
+            requests = [{**each, "turn": other["turn"]} for each, other in zip(bodies, sides, strict=True)]
+            side["targets"] = {
+                key: np.concatenate([each[key] for each in (*requests, side)]) for key in BODIES
+            }
         return {"sides": sides}
 
     def speeds(self, name: str) -> Tensor:
@@ -97,13 +99,13 @@ class Windows:
             edges[row], turn[row] = edges[row, order], turn[row, order]
             edges[row, :, -1] = self._features.root_of(windows.arrays["hips"][row, order], turn[row])
         turn = turn * turn[:, :1].conj()
-        seen = np.stack([turn.real, turn.imag], axis=-1).astype(np.float32)
-        return {"edges": edges.astype(np.float32, copy=False), "turn": seen}
+        facing = np.stack([turn.real, turn.imag], axis=-1).astype(np.float32)
+        return {"edges": edges.astype(np.float32, copy=False), "turn": facing}
 
 
-def _order(known: int, frames: int, backwards: bool) -> np.ndarray:
-    """``(frames,)`` indices of ``known`` frames, to the end, back, and to the end again."""
-    around = np.concatenate([np.arange(known), np.arange(known - 2, 0, -1)])
+def _order(available: int, frames: int, backwards: bool) -> np.ndarray:
+    """``(frames,)`` indices of ``available`` frames, to the end, back, and to the end again."""
+    around = np.concatenate([np.arange(available), np.arange(available - 2, 0, -1)])
     order = np.resize(around, frames)
     return order[::-1] if backwards else order
 

@@ -1,4 +1,4 @@
-"""Flesh around the bones: round cones in the T-pose, blended into one solid.
+"""The volume around the bones: round cones in the T-pose, blended into one solid.
 
 Sizes go with ``Proportions`` as the points do that hands rest on (``solver/touch_points.py``): palms on
 knees, hips and chest lie near the skin.
@@ -34,7 +34,7 @@ class Cone:
     follows: tuple[tuple[str, float], ...]
 
 
-class Flesh(Cones):
+class BodyVolume(Cones):
     """The cones of a body as one field."""
 
     def __init__(self, body: Body, least: float) -> None:
@@ -67,15 +67,15 @@ class Flesh(Cones):
 
 def _follows(cones: Sequence[Cone], body: Body) -> np.ndarray:
     """``(cones, joints)`` shares of the joints of the rig."""
-    found = np.zeros((len(cones), body.structure.joints))
+    shares = np.zeros((len(cones), body.structure.joints))
     for row, cone in enumerate(cones):
         for part, share in cone.follows:
             joint = body.part[part]
             while joint >= body.structure.joints:
                 # no joint of the rig: the nearest above moves it
                 joint = body.structure.parents[joint]
-            found[row, joint] += share
-    return found
+            shares[row, joint] += share
+    return shares
 
 
 def _chain(part: str, *balls: tuple[np.ndarray, float]) -> list[Cone]:
@@ -96,15 +96,15 @@ def _person_cones(body: Body) -> list[Cone]:
     size, neck = body.proportions.head, 0.62 * body.proportions.girth
     skull = at["head"] + 0.54 * size * Y
     mouth = skull - 0.3 * size * Y
-    found = [
+    cones = [
         *_trunk(body, at),
         *_chain("neck", (at["neck"], 1.2 * neck), (at["head"] + 0.1 * size * Y, neck)),
         *_chain("head", (skull, 0.45 * size), (skull + size * (0.14 * Z - 0.02 * Y), 0.43 * size)),
         *_chain("head", (mouth + 0.12 * size * Z, 0.26 * size), (mouth + 0.28 * size * Z, 0.22 * size)),
     ]
     for side in SIDES:
-        found += [*_leg(body, at, side), *_foot(body, at[f"{side}_foot"], side), *_arm(body, at, side)]
-    return found
+        cones += [*_leg(body, at, side), *_foot(body, at[f"{side}_foot"], side), *_arm(body, at, side)]
+    return cones
 
 
 def _trunk(body: Body, at: Mapping[str, np.ndarray]) -> list[Cone]:
@@ -112,7 +112,7 @@ def _trunk(body: Body, at: Mapping[str, np.ndarray]) -> list[Cone]:
     p, levels = body.proportions, (("hips", 0.0), *body.structure.levels.items())
     spine = [(height, at[part]) for part, height in levels] + [(1.0, at["neck"])]
     heights, points = np.array([h for h, _ in spine]), np.stack([point for _, point in spine])
-    found = []
+    cones = []
     for rank in range(_SLICES + 1):
         height = -0.06 + 0.96 * rank / _SLICES
         middle = np.array([np.interp(height, heights, points[:, axis]) for axis in range(3)])
@@ -121,8 +121,8 @@ def _trunk(body: Body, at: Mapping[str, np.ndarray]) -> list[Cone]:
         waist, chest = 0.95 * p.waist_half, 0.80 * p.shoulder_half
         half = float(np.interp(height, (0.0, 0.35, 0.7, 0.9), (waist, 0.82 * waist, chest, 0.75 * chest)))
         across = max(half - depth, 0.1 * depth) * X
-        found.append(Cone(middle - across, middle + across, (depth, depth), _shares(levels, height)))
-    return found
+        cones.append(Cone(middle - across, middle + across, (depth, depth), _shares(levels, height)))
+    return cones
 
 
 def _leg(body: Body, at: Mapping[str, np.ndarray], side: str) -> list[Cone]:
@@ -185,16 +185,16 @@ def _dog_cones(body: Body) -> list[Cone]:
     levels, nose = (("hips", 0.0), *body.structure.levels.items()), body.tips["head"]
     # the base of the neck lies below the withers, which the back goes up to
     withers = at["neck"] + (p.shoulder_drop + 0.4 * girth) * Y
-    found = []
+    cones = []
     for along in np.linspace(-0.04, 1.0, _DOG_SLICES):
         middle = at["hips"] + along * (withers - at["hips"])
         radius, top, bottom = (
             girth * float(np.interp(along, _ALONG, row)) for row in (_RADIUS, _TOP, _BOTTOM)
         )
         follows = _shares(levels, float(along))
-        found.append(Cone(middle - top * Y, middle - bottom * Y, (radius, 0.9 * radius), follows))
+        cones.append(Cone(middle - top * Y, middle - bottom * Y, (radius, 0.9 * radius), follows))
     skull, tail = at["head"] + 0.2 * nose, at["tail_2"] + body.tips["tail_2"]
-    found += [
+    cones += [
         *_chain("neck", (at["neck"] - 0.5 * girth * Y, 1.9 * girth), (at["head"], 1.3 * girth)),
         *_chain("head", (skull, 0.27 * p.head), (skull, 0.27 * p.head)),
         *_chain("head", (skull, 0.19 * p.head), (at["head"] + 0.87 * nose, 0.12 * p.head)),
@@ -205,13 +205,13 @@ def _dog_cones(body: Body) -> list[Cone]:
         for parts, radii in _DOG_LEGS:
             names = [f"{side}_{part}" for part in parts]
             for part, below, (near, far) in zip(names, names[1:], radii, strict=False):
-                found += _chain(part, (at[part], near * girth), (at[below], far * girth))
+                cones += _chain(part, (at[part], near * girth), (at[below], far * girth))
             # from the last joint down, and forward along the floor
             paw = names[-1]
             tip = at[paw] + body.tips[paw] + (0.45 + 0.5 * MELT) * girth * Y
             ground, toes = tip - 0.3 * p.ball * Z, tip + 0.6 * p.ball * Z
-            found += _chain(paw, (at[paw], 0.42 * girth), (ground, 0.45 * girth), (toes, 0.42 * girth))
-    return found
+            cones += _chain(paw, (at[paw], 0.42 * girth), (ground, 0.45 * girth), (toes, 0.42 * girth))
+    return cones
 
 
 _DOG_LEGS = (

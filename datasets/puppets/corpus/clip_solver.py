@@ -11,11 +11,11 @@ from retarget_bench.motion.motion import Motion
 
 from ..bodies import rigs
 from ..bodies.structures import Body
-from ..cache import Arrays, kept
+from ..cache import Arrays, cached
 from ..contract import SECOND, USUAL, Cast, Clips, Labels, Manner, Surface, Training, in_double
 from ..conventions import FPS, SIDES
 from ..performances.score import Score
-from ..solver.hands import plant_rests
+from ..solver.hands import contact_rests
 from ..solver.touch_points import touch_point, touching
 from .clips import Clip, training_clips, unable
 from .families import bodies_of, families, family_of_structure
@@ -28,18 +28,18 @@ def labels(score: Score, contacts: Contacts) -> Labels:
 
 def touches(score: Score) -> dict[str, np.ndarray]:
     """Hand and place -> the frames in which the hand rests there in full."""
-    found: dict[str, np.ndarray] = {}
+    touched: dict[str, np.ndarray] = {}
     for side in SIDES:
         for touch in score.hands[side].touches:
             name, full = f"{side} hand on {touch.place}", touch.weight == 1.0
             if full.any():
-                found[name] = found.get(name, np.zeros(len(full), dtype=bool)) | full
-        for plant in score.hands[side].plants:
-            name = f"{side} hand on {'held thing' if plant.level > 0.0 else 'floor'}"
-            found[name] = found.get(name, np.zeros(score.frames, dtype=bool)) | plant_rests(
-                plant, score.frames
+                touched[name] = touched.get(name, np.zeros(len(full), dtype=bool)) | full
+        for contact in score.hands[side].contacts:
+            name = f"{side} hand on {'held thing' if contact.level > 0.0 else 'floor'}"
+            touched[name] = touched.get(name, np.zeros(score.frames, dtype=bool)) | contact_rests(
+                contact, score.frames
             )
-    return found
+    return touched
 
 
 Rests = Mapping[tuple[str, str], np.ndarray]
@@ -47,26 +47,26 @@ Rests = Mapping[tuple[str, str], np.ndarray]
 
 
 def hand_rests(score: Score) -> dict[tuple[str, str], np.ndarray]:
-    """Of those places where a hand ever rests."""
-    found: dict[tuple[str, str], np.ndarray] = {}
+    """Frames in which a hand rests, of places where one ever does."""
+    rested: dict[tuple[str, str], np.ndarray] = {}
     for side in SIDES:
         for touch in score.hands[side].touches:
             key, full = (side, touch.place), touch.weight == 1.0
             if full.any():
-                found[key] = found[key] | full if key in found else full
-    return found
+                rested[key] = rested[key] | full if key in rested else full
+    return rested
 
 
 def self_touches(rests: Rests, body: Body) -> tuple[Touch, ...]:
-    """The same hands on places of a body, as cases tell them: those whose joints the rig has."""
+    """The same hands on places of a body, as touches of cases: those whose joints the rig has."""
     roles = dict(zip(body.structure.parts, body.structure.roles, strict=False))
-    told = []
+    touches = []
     for (side, name), full in rests.items():
         spot, end = touch_point(name, body), roles.get(f"{side}_hand")
         bearing = roles.get(spot.part)
         if end and bearing:
-            told.append(Touch(end, touching(spot, side, body.proportions), bearing, spot.at, full))
-    return tuple(told)
+            touches.append(Touch(end, touching(spot, side, body.proportions), bearing, spot.at, full))
+    return tuple(touches)
 
 
 _HELD = 64
@@ -76,12 +76,12 @@ def _score(clip: Clip) -> Score:
     return clip.score()
 
 
-class Studio:
-    """The bodies as characters, and what they perform.
+class ClipSolver:
+    """The motions of bodies in clips, solved on demand and kept in a cache.
 
     identity: of everything that decides a motion beside the clip's and the body's names.
     drawn:    training bodies beside the cast's (``training_bodies.py``), and drawn_identity: of these.
-    flesh:    of all characters; it changes no motion.
+    surface:  of all characters; it changes no motion.
     """
 
     def __init__(
@@ -89,14 +89,14 @@ class Studio:
         identity: str,
         drawn: Mapping[str, Body] | None = None,
         drawn_identity: str = "",
-        flesh: Surface = "bare",
+        surface: Surface = "bare",
     ) -> None:
         self.identity, self.drawn = identity, drawn or {}
         self.drawn_identity = drawn_identity
         usual = {name: body for family in families() for name, body in family.bodies.items()}
         self.bodies: Mapping[str, Body] = {**usual, **self.drawn}
-        self.cast = Cast(self.bodies, lambda name: rigs.character(self.bodies[name], flesh))
-        self._arrays = lru_cache(maxsize=_HELD)(self._kept)
+        self.cast = Cast(self.bodies, lambda name: rigs.character(self.bodies[name], surface))
+        self._arrays = lru_cache(maxsize=_HELD)(self._cached)
         # whatever kind of clip it is
         self.score = lru_cache(maxsize=_HELD)(_score)
 
@@ -111,9 +111,9 @@ class Studio:
         arrays = self._arrays(clip, name, USUAL)
         return Contacts(self.bodies[name].structure.labelled, arrays["planted"], arrays["pivoting"])
 
-    def _kept(self, clip: Clip, name: str, manner: Manner) -> Arrays:
+    def _cached(self, clip: Clip, name: str, manner: Manner) -> Arrays:
         names, drawn = {"rotations", "root", "planted", "pivoting"}, name in self.drawn
-        arrays = kept(
+        arrays = cached(
             f"{self.identity}{self.drawn_identity if drawn else ''}, {clip.name}",
             f"{name}-{manner}",
             frozenset(names | {"short"} if drawn else names),
@@ -131,7 +131,7 @@ class Studio:
         score = self.score(clip)
         solution = family.solve(score, body, *manners[manner])
         columns = list(body.structure.contacts)
-        found = {
+        arrays = {
             "rotations": rigs.rotations(solution.orientations, body, self.cast[name]).astype(np.float32),
             "root": solution.root,
             "planted": solution.planted[:, columns],
@@ -139,25 +139,25 @@ class Studio:
         }
         if measured:
             gaps = family.short_of(score, body, solution)
-            found["short"] = np.array(max(gaps.values(), default=0.0))
-        return found
+            arrays["short"] = np.array(max(gaps.values(), default=0.0))
+        return arrays
 
 
-def training(studio: Studio, size: str, seed: int) -> Training:
+def training(solver: ClipSolver, size: str, seed: int) -> Training:
     """Every training character with what it is able to do; held-out bodies, structures and kinds are
     absent, and so are ``VALIDATION_BODIES``.
 
     With drawn bodies there is as much motion as without: all do equally many clips, the cast's the first
     of those that they do otherwise.
     """
-    found: dict[str, dict[str, Clips]] = {}
+    cast: dict[str, dict[str, Clips]] = {}
     for family in families():
         for name in bodies_of(family, "train"):
-            mine = training_clips(size, name, seed, len(studio.drawn))
-            able = [clip for clip in mine if not unable(clip, (name,))]
+            clips = training_clips(size, name, seed, len(solver.drawn))
+            able = [clip for clip in clips if not unable(clip, (name,))]
             structure = family.bodies[name].structure.name
-            found.setdefault(structure, {})[name] = Clips(name, able, studio.motion)
-    for name, body in studio.drawn.items():
-        mine = training_clips(size, name, seed, len(studio.drawn))
-        found.setdefault(body.structure.name, {})[name] = Clips(name, mine, studio.motion)
-    return found
+            cast.setdefault(structure, {})[name] = Clips(name, able, solver.motion)
+    for name, body in solver.drawn.items():
+        clips = training_clips(size, name, seed, len(solver.drawn))
+        cast.setdefault(body.structure.name, {})[name] = Clips(name, clips, solver.motion)
+    return cast

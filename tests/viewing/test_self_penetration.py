@@ -1,4 +1,4 @@
-"""Flesh inside flesh is lit where the metric finds it, and nowhere else, in pictures and in the player."""
+"""Self-penetration is lit where the metric finds it, and nowhere else, in pictures and in the player."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from playing import button, frame, picture
 from retarget_bench.motion.motion import PointSets, Surface
 from retarget_bench.motion.penetration import inside_mask
 from retarget_bench.motion.point_sets import unknown_body
-from retarget_bench.report.flesh import flesh_figure, penetration
-from retarget_bench.viewer import flesh, player, scene_builder
+from retarget_bench.report.penetration import penetration, penetration_figure
+from retarget_bench.viewer import player, scene_builder, self_penetration
 from retarget_bench.viewer.colours import LIT
 from retarget_bench.viewer.drawing import Drawing
 from retarget_bench.viewer.packing import packed
@@ -44,10 +44,10 @@ def yellow(image) -> int:
 def test_what_is_lit_is_inside_now_and_was_not_at_rest(as_surface):
     person = fleshed()
     still, deep = bad(as_surface).figures
-    found = inside_mask(person, person.mesh.skinned(hand_to_belly(person, FRAMES)))
-    np.testing.assert_array_equal(deep.inside, found)
+    inside = inside_mask(person, person.mesh.skinned(hand_to_belly(person, FRAMES)))
+    np.testing.assert_array_equal(deep.inside, inside)
     assert deep.inside[3].sum() > still.inside[3].sum()
-    faces = flesh.lit_faces(deep, 3)
+    faces = self_penetration.lit_faces(deep, 3)
     corners = person.mesh.faces
     assert [any(deep.inside[3][k] for k in face) for face in corners.tolist()] == faces.tolist()
     assert deep.motion is None if as_surface else deep.surface is None
@@ -58,8 +58,8 @@ def test_pictures_stripe_it_in_the_frames_that_have_it(as_surface):
     scene = bad(as_surface)
     deep = replace(scene, figures=scene.figures[1:])
     dark = replace(deep, figures=(replace(deep.figures[0], inside=np.zeros_like(deep.figures[0].inside)),))
-    look = DrawingStyle((300, 300), skin=True)
-    lit, plain = (Drawing(each, look, range(FRAMES)) for each in (deep, dark))
+    style = DrawingStyle((300, 300), skin=True)
+    lit, plain = (Drawing(each, style, range(FRAMES)) for each in (deep, dark))
     assert yellow(lit.at(3)) > 60
     assert yellow(plain.at(3)) == 0
     bones = Drawing(deep, DrawingStyle((300, 300)), range(FRAMES))
@@ -69,8 +69,8 @@ def test_pictures_stripe_it_in_the_frames_that_have_it(as_surface):
 
 def test_a_surface_is_drawn_where_its_vertices_are():
     scene, other = bad(as_surface=True), bad()
-    look = DrawingStyle((200, 200), skin=True)
-    one, two = (np.asarray(Drawing(each, look, [3]).at(3)).astype(int) for each in (scene, other))
+    style = DrawingStyle((200, 200), skin=True)
+    one, two = (np.asarray(Drawing(each, style, [3]).at(3)).astype(int) for each in (scene, other))
     assert (
         np.abs(one - two).mean() < 0.5
     )  # the same vertices; joints, and the camera with them, differ a bit
@@ -82,8 +82,8 @@ def test_points_are_drawn_in_place_of_a_body():
     scene = Scene(
         "scan", (figure_of("scan", "source", PointSets(unknown_body("scan"), points, 30.0)),), 30.0
     )
-    look = DrawingStyle((200, 200), skin=True)
-    dots, ball = (np.asarray(Drawing(scene, each).at(0)) for each in (look, replace(look, skin=False)))
+    style = DrawingStyle((200, 200), skin=True)
+    dots, ball = (np.asarray(Drawing(scene, each).at(0)) for each in (style, replace(style, skin=False)))
     assert (dots != ball).any()
     dark = (dots.max(axis=2) < 190)[30:170]
     assert 100 < dark.sum() < 6000
@@ -95,11 +95,11 @@ def test_points_of_a_known_motion_are_drawn_on_its_skin():
     person = fleshed()
     still = hand_to_belly(person, FRAMES).at(np.zeros(1, dtype=int))
     skin, figure = person.mesh.skinned(still)[0], figure_of("source", "source", still)
-    look = DrawingStyle((300, 300), view="front", skin=True)
+    style = DrawingStyle((300, 300), view="front", skin=True)
 
     def drawn(*points) -> np.ndarray:
         shown = replace(figure, points=(np.array(points),)) if points else figure
-        return np.asarray(Drawing(Scene("tubes", (shown,), 30.0), look).at(0)).astype(int)
+        return np.asarray(Drawing(Scene("tubes", (shown,), 30.0), style).at(0)).astype(int)
 
     def changed(*points) -> int:
         return int((np.abs(drawn() - drawn(*points)).max(axis=2) > 20).sum())
@@ -142,14 +142,14 @@ def test_pages_light_the_same_corners_and_keys_switch_it(mounted):
 
 def test_pages_have_a_surface_to_the_millimetre(mounted):
     scene = bad(as_surface=True)
-    told = mounted(scene, skins=True).evaluate(SURFACE_AT, [0, 3])
+    surfaces = mounted(scene, skins=True).evaluate(SURFACE_AT, [0, 3])
     mesh = scene.figures[1].character.mesh
     used = np.unique(mesh.faces)
-    for at, places in zip((0, 3), told, strict=True):
-        seen, wanted = np.array(places).reshape(-1, 3), scene.figures[1].surface[at][used]
-        order = [np.lexsort(np.round(each / 0.004).T) for each in (seen, wanted)]
+    for at, places in zip((0, 3), surfaces, strict=True):
+        drawn, expected = np.array(places).reshape(-1, 3), scene.figures[1].surface[at][used]
+        order = [np.lexsort(np.round(each / 0.004).T) for each in (drawn, expected)]
         assert len(order[0]) == len(order[1])
-        apart = np.linalg.norm(seen[:, None] - wanted[None], axis=-1).min(axis=1)
+        apart = np.linalg.norm(drawn[:, None] - expected[None], axis=-1).min(axis=1)
         assert apart.max() < 2e-3
 
 
@@ -171,7 +171,7 @@ def test_the_reports_figure_is_of_answers_with_more_flesh_inside_than_the_refere
     assert penetration(replace(scene, figures=scene.figures[:1])) == 0
     same = tuple(replace(each, part="reference") for each in scene.figures)
     assert penetration(replace(scene, figures=same)) == 0
-    made = flesh_figure(scene)
-    assert "deep" in made.caption
-    assert "still" not in made.caption
-    assert len(made.png) < 120_000
+    report_figure = penetration_figure(scene)
+    assert "deep" in report_figure.caption
+    assert "still" not in report_figure.caption
+    assert len(report_figure.png) < 120_000

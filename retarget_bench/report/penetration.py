@@ -1,4 +1,4 @@
-"""The report's figure of flesh inside flesh: source, reference and answers at a few moments."""
+"""The report's figure of self-penetration: source, reference and answers at a few moments."""
 
 import base64
 import io
@@ -12,7 +12,7 @@ from retarget_bench.viewer.renderer import DrawingStyle
 from retarget_bench.viewer.scene import Figure, Scene
 
 ANSWERS = 3
-"""Answers in the figure, those with the most flesh inside flesh."""
+"""Answers in the figure, those with the most self-penetration."""
 MOMENTS = 5
 SECONDS = 0.5
 """From the worst moment to the first and last that are shown."""
@@ -21,7 +21,7 @@ COLOURS = 128
 
 
 @dataclass(frozen=True)
-class FleshFigure:
+class PenetrationFigure:
     """A picture in the page. png: in base64. caption: says what is seen, also to those who cannot."""
 
     png: str
@@ -29,26 +29,26 @@ class FleshFigure:
 
 
 def penetration(scene: Scene) -> int:
-    """Vertices of answers that are inside flesh, all frames together, beyond those of the reference."""
+    """Vertices of answers inside the body, all frames together, beyond those of the reference."""
     reference = sum(_count(each) for each in scene.figures if each.part == "reference")
     return max((_count(each) - reference for each in _answers(scene)), default=0)
 
 
-def flesh_figure(scene: Scene) -> FleshFigure:
-    """Source, reference and the answers with the most flesh inside flesh, around the worst frame."""
+def penetration_figure(scene: Scene) -> PenetrationFigure:
+    """Source, reference and the answers with the most self-penetration, around the worst frame."""
     worst = _answers(scene)[:ANSWERS]
-    kept = tuple(each for each in scene.figures if each in worst or each.part in ("source", "reference"))
-    shown = replace(scene, figures=kept)
+    figures = tuple(each for each in scene.figures if each in worst or each.part in ("source", "reference"))
+    shown = replace(scene, figures=figures)
     lit = sum(each.inside.sum(axis=1) for each in worst if each.inside is not None)
     middle, reach = int(np.argmax(lit)), max(round(SECONDS * scene.fps), 1)
     first, last = max(middle - reach, 0), min(middle + reach, scene.frames - 1)
     frames = sorted({middle, *np.linspace(first, last, MOMENTS).round().astype(int).tolist()})
-    look = DrawingStyle(drawing.usual_size(shown, len(frames), False), skin=True)
-    picture = drawing.sheet(shown, look, frames).quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+    style = DrawingStyle(drawing.usual_size(shown, len(frames), False), skin=True)
+    picture = drawing.sheet(shown, style, frames).quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
     written = io.BytesIO()
     picture.save(written, "PNG", optimize=True)
     names = ", ".join(each.label for each in worst)
-    return FleshFigure(
+    return PenetrationFigure(
         base64.b64encode(written.getvalue()).decode("ascii"),
         f"{scene.title}: flesh inside flesh of {names}, from {first / scene.fps:.2f} to "
         f"{last / scene.fps:.2f} s. Parts of forearms, hands, shanks and feet that are inside the rest of "
@@ -57,9 +57,9 @@ def flesh_figure(scene: Scene) -> FleshFigure:
 
 
 def _answers(scene: Scene) -> list[Figure]:
-    """Answers with flesh inside flesh, those with the most of it first."""
-    found = [each for each in scene.figures if each.part == "prediction" and _count(each)]
-    return sorted(found, key=_count, reverse=True)
+    """Answers with self-penetration, those with the most of it first."""
+    answers = [each for each in scene.figures if each.part == "prediction" and _count(each)]
+    return sorted(answers, key=_count, reverse=True)
 
 
 def _count(figure: Figure) -> int:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 
@@ -18,13 +18,13 @@ from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.penetration import inside, inside_at_rest, limbs
 from retarget_bench.motion.penetration.limbs import below, weld
 from retarget_bench.motion.roles import SIDES
-from retarget_bench.verification.verdict.defects import Defect, stretches
-from retarget_bench.verification.verdict.pair import Pair
+from retarget_bench.verification.verdict.defects import Defect, defect, stretches
+from retarget_bench.verification.verdict.joints import Pair
 
-LOOKS = 6.0
-"""Times a second that hands are looked at."""
+SAMPLES = 6.0
+"""Frames a second that are tested."""
 MOST = 400
-"""Looks at most: of longer motions there are fewer a second."""
+"""Frames that are tested at most: of longer motions fewer a second."""
 SHARE = 0.3
 """Share of a hand's surface that may be inside."""
 CELL = 0.03
@@ -35,44 +35,32 @@ _BLOCK = 64
 def hands(pair: Pair) -> Iterator[Defect]:
     """Stretches in which more of a hand is inside than ``SHARE``, and than of the source's own."""
     result = pair.result
-    if not isinstance(result, Motion) or not _has_surface(result):
-        return
-    step = max(1, round(result.fps / LOOKS), -(-result.frames // MOST))
-    looks = np.arange(0, result.frames, step)
-    found = shares(result, looks)
-    own = isinstance(pair.source, Motion) and _has_surface(pair.source)
-    theirs = shares(pair.source, looks) if own else {}  # type: ignore[arg-type]
-    for side, share in found.items():
-        source = theirs.get(side)
-        passing = SHARE + (0.0 if source is None else source)
-        for part in stretches(np.repeat(share > passing, step)[: result.frames], result.fps):
-            looked = slice(part.start // step, -(-part.stop // step))
-            worst = looked.start + int(np.argmax(share[looked]))
-            amount = 100 * float(share[worst])
-            before = None if source is None else 100 * float(source[worst])
-            yield Defect(
-                "inside",
-                f"{side} hand",
-                part.start,
-                part.stop - 1,
-                int(looks[worst]),
-                amount,
-                before,
-                "%",
-                float(share[worst] / np.broadcast_to(passing, share.shape)[worst]),
-                f"{side} hand is in the body ({amount:.0f} % of it"
-                + (")" if before is None else f"; source {before:.0f} %)"),
-            )
+    step = max(1, round(result.fps / SAMPLES), -(-result.frames // MOST))
+    frames = np.arange(0, result.frames, step)
+    shares = shares_inside(result, frames)
+    usual = shares_inside(pair.source, frames) if shares else {}
+    for side, share in shares.items():
+        source = usual.get(side)
+        limit = SHARE + (np.zeros_like(share) if source is None else source)
+        for part in stretches(np.repeat(share > limit, step)[: result.frames], result.fps):
+            first = part.start // step
+            worst = first + int(np.argmax(share[first : -(-part.stop // step)]))
+            before = None if source is None else 100 * source[worst]
+            beside = "" if before is None else f"; source {before:.0f} %"
+            numbers = 100 * share[worst], before, share[worst] / limit[worst]
+            yield defect("inside", f"{side} hand", part, int(frames[worst]), *numbers, beside)
 
 
-def shares(motion: Motion, frames: np.ndarray, body: Character | None = None) -> dict[str, np.ndarray]:
+def shares_inside(motion: Prediction, frames: np.ndarray) -> dict[str, np.ndarray]:
     """Side -> ``(frames,)`` share of the hand's surface that is inside the body and was not in the
-    reference pose, at some frames of a motion with a mesh. body: the character with the mesh to look at, a
-    coarse one by default."""
-    body = body or coarse_body(motion.character)
+    reference pose, at some frames of a motion; {} without rotations or a mesh."""
+    mesh = motion.character.mesh
+    if not isinstance(motion, Motion) or mesh is None or not len(mesh.faces):
+        return {}
+    body = coarse_body(motion.character)
     motion = replace(motion, character=body)
     assert body.mesh is not None
-    found: dict[str, list[np.ndarray]] = {}
+    shares: dict[str, list[np.ndarray]] = {}
     for first in range(0, len(frames), _BLOCK):
         vertices = body.mesh.skinned(motion.at(frames[first : first + _BLOCK]))
         tested = zip(limbs(body), inside(body, vertices), inside_at_rest(body), strict=True)
@@ -83,13 +71,8 @@ def shares(motion: Motion, frames: np.ndarray, body: Character | None = None) ->
             weights = body.mesh.weights[limb.tested][:, below(body.skeleton, hand)].sum(axis=1)
             areas = np.where(weights > 0.5, limb.areas, 0.0)
             if areas.sum() > 0:
-                found.setdefault(side, []).append((now & ~rest) @ areas / areas.sum())
-    return {side: np.concatenate(found[side]) for side in SIDES if side in found}
-
-
-def _has_surface(motion: Prediction) -> bool:
-    mesh = motion.character.mesh
-    return mesh is not None and len(mesh.faces) > 0
+                shares.setdefault(side, []).append((now & ~rest) @ areas / areas.sum())
+    return {side: np.concatenate(shares[side]) for side in SIDES if side in shares}
 
 
 @lru_cache(maxsize=16)
@@ -97,8 +80,8 @@ def coarse_body(body: Character) -> Character:
     """A character with a mesh, of which the mesh is coarse."""
     mesh = body.mesh
     assert mesh is not None
-    made = clustered(mesh, CELL * body.height)
-    return replace(body, skin=partial(_given, made))
+    coarse = clustered(mesh, CELL * body.height)
+    return replace(body, skin=lambda: coarse)
 
 
 def clustered(mesh: Mesh, cell: float) -> Mesh:
@@ -122,7 +105,3 @@ def _nearest_to_mean(vertices: np.ndarray, group: np.ndarray) -> np.ndarray:
     mean = np.stack([np.bincount(group, axis) for axis in vertices.T], axis=1) / count[:, None]
     order = np.lexsort((np.linalg.norm(vertices - mean[group], axis=1), group))
     return order[np.concatenate([[0], np.cumsum(count)[:-1]])]
-
-
-def _given(mesh: Mesh) -> Mesh:
-    return mesh

@@ -1,6 +1,6 @@
 """Freezes the motions of ``bench check`` anew, and accepts the golden rows of all that is measured now.
 
-    PYTHONPATH=. python tests/engine/freeze_motions.py --because "cases know their touches"
+    python benchmarks/freeze_motions.py --because "cases know their touches"
 
 To be run when a frozen case should hold more than it does (a new kind of label, say); a new generator of
 puppets alone is no reason, ``bench check --accept`` is enough for that. Takes about half a minute.
@@ -111,7 +111,7 @@ def _packed(thing: Any, arrays: dict[str, np.ndarray], seen: dict[int, int]) -> 
     if isinstance(thing, tuple | list):
         return {"tuple": [_packed(each, arrays, seen) for each in thing]}
     name = type(thing).__name__
-    if frozen.KNOWN.get(name) is not type(thing):
+    if frozen.DATACLASSES.get(name) is not type(thing):
         raise BenchError(f"a {name} cannot be stored among frozen motions")
     stored = thing
     if isinstance(thing, Motion):
@@ -213,7 +213,7 @@ def _row(folder: Path, name: str, origin: str, answers: Mapping[str, Prediction]
 
 README = """# Frozen motions
 
-Written by `tests/engine/freeze_motions.py`; not edited by hand. Each file holds one case (source, target,
+Written by `benchmarks/freeze_motions.py`; not edited by hand. Each file holds one case (source, target,
 right answer, labels) and wrong answers with known faults, in single precision, so that what `bench check`
 says of metrics hangs on no generator. All motion is made by this project (CC0 1.0), most by its puppets.
 

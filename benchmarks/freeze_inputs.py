@@ -1,6 +1,6 @@
 """Freezes the inputs of ``bench check`` that are no motions: BVH text and its meaning, results of a table.
 
-    PYTHONPATH=. python tests/engine/freeze_inputs.py
+    python benchmarks/freeze_inputs.py
 
 What the text means is computed by scipy. Golden rows are accepted apart, by ``bench check --accept``.
 """
@@ -212,7 +212,7 @@ def write_results(root: Path, method: str, split: str, listed: Sequence[Row]) ->
 
 README = """# Frozen inputs
 
-Written by `tests/engine/freeze_inputs.py`; not edited by hand. All numbers are drawn at random (CC0 1.0).
+Written by `benchmarks/freeze_inputs.py`; not edited by hand. All numbers are drawn at random (CC0 1.0).
 
 - `orders.bvh`: a joint with each of the six orders of rotation channels, at 120 frames per second.
 - `mixed.bvh`: positions and rotations of the root by turns, joints with two, one and no channel, and one
