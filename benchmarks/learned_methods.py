@@ -109,7 +109,7 @@ def comparisons(results: rb.Results, bodies: str) -> Iterator[known.Comparison]:
     for method in results.methods:
         if method in (default, STILL):
             continue
-        for comparison in results.compare(method, default, MPJPE).found:
+        for comparison in results.compare(method, default, MPJPE).splits:
             (one,) = comparison.differences
             ends = (one.interval.low, one.interval.high) if one.interval else ()
             numbers = [f"{number:.4g}" for number in (one.first, one.second, *ends, one.p)]
@@ -179,7 +179,7 @@ def beside(results: rb.Results) -> Iterator[str]:
     values: dict[tuple[str, str, str], Any] = {}
     sizes: dict[str, set[int]] = {split: set() for split in splits}
     for method in methods[1:]:
-        for split in results.compare(method, FEWEST, list(LABELS)).found:
+        for split in results.compare(method, FEWEST, list(LABELS)).splits:
             for one in split.differences:
                 values[method, split.split, one.value] = one.first
                 values[FEWEST, split.split, one.value] = one.second
