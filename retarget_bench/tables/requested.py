@@ -14,7 +14,7 @@ from retarget_bench.options import Names, OfBodies, OfMethods, listed, option
 from retarget_bench.results.metres import UNITS
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, names
-from retarget_bench.tables.groups import FPS
+from retarget_bench.tables.cells import FPS
 from retarget_bench.tables.model import Table, count
 
 LAYOUTS: dict[str, builder.Layout] = {"html": "both", "csv": "splits", "json": "splits"}

@@ -39,7 +39,7 @@ FPS_MEANING = "frames retargeted per second by one process and one thread, with 
 
 
 @dataclass(frozen=True, eq=False)
-class GroupBuilder:
+class CellBuilder:
     """Builder of columns and cells: what all groups of a table share.
 
     sections: all of the table. declared: value id -> its declaration in the newest header.
