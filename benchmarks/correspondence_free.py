@@ -27,9 +27,10 @@ import held_out_cases as cases
 from retarget_bench.api import Case, CaseInfo, Context, PointSets
 from retarget_bench.evaluation import plan
 from retarget_bench.files import digest
-from retarget_bench.motion.body22 import BODY22, Body22
+from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.mesh import Mesh
+from retarget_bench.motion.structures import BODY22
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.tables.published.printed import published
