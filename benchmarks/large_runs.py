@@ -128,7 +128,7 @@ def units(root: Path, cases: int, methods: int) -> list[EvaluationUnit]:
 def plan(root: Path, cases: int, methods: int) -> str:
     planned = units(root, cases, methods)
     shards = [
-        sum(len(cases) for task in shard for cases in task.lacking.values())
+        sum(len(lacking) for task in shard for lacking in task.lacking.values())
         for shard in cut(dict.fromkeys(planned, ()))
     ]
     return f"{sum(shards):,} answers in {len(shards):,} shards"
