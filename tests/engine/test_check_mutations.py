@@ -100,7 +100,7 @@ MUTATIONS = {
         "body", CHARACTER, "Character.height", "measures.height", "measures.h4",
     ),
     "the second bone of an A-pose as it rests": (
-        "body", POSE, "_straighten", "body.swing(pose, joints[1], joints[2], wanted)", "",
+        "body", POSE, "_straighten", "body.swing(pose, joints[1], joints[2], direction)", "",
     ),
     "tips left out of what is written": (
         "writer", WRITING, "hierarchy_text", "tips[site.parent].append(site.offset)", "pass",
