@@ -20,21 +20,22 @@ from typing import Any
 import numpy as np
 import torch
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "methods"))
 
 import held_out_cases as cases
+from skr_material import halved
 
 from retarget_bench.api import Case, CaseInfo, Context, PointSets
 from retarget_bench.evaluation import plan
 from retarget_bench.files import digest
-from retarget_bench.motion.body22 import BODY22, Body22
+from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.mesh import Mesh
+from retarget_bench.motion.structures import BODY22
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.tables.published.printed import published
 from retarget_bench.training.layers.skinned_body import SkinnedBody
-from tests.methods.skr_material import halved
 
 PAGE = Path(__file__).parents[1] / "results" / "correspondence_free.md"
 DATA = {"bare": "puppets[size=default]", "clothed": "puppets[size=default,flesh=clothed]"}

@@ -78,7 +78,7 @@ def scored(spec: Spec, data: Any, infos: Sequence[CaseInfo], file: Path) -> Numb
         outcome = predict(method, case, context_for(method, data, case, seed))
         if outcome.prediction is None:
             raise SystemExit(f"{spec}, {case.info.id}: {outcome.message}")
-        scores: dict[str, Any] = score(metrics, case, as_scored(outcome.prediction))
+        scores: dict[str, Any] = score(metrics, case, as_scored(outcome.prediction)).sound()
         metres = case.target.height / 100.0
         return {name: scores[name] * (1.0 if name in ACCELERATIONS else metres) for name in COLUMNS}
 

@@ -127,7 +127,10 @@ def units(root: Path, cases: int, methods: int) -> list[EvaluationUnit]:
 # --------------------------------------------------------------------------------------------- measures
 def plan(root: Path, cases: int, methods: int) -> str:
     planned = units(root, cases, methods)
-    shards = [sum(task.answers for task in shard) for shard in cut(dict.fromkeys(planned, ()))]
+    shards = [
+        sum(len(lacking) for task in shard for lacking in task.lacking.values())
+        for shard in cut(dict.fromkeys(planned, ()))
+    ]
     return f"{sum(shards):,} answers in {len(shards):,} shards"
 
 

@@ -238,9 +238,9 @@ def main() -> None:
     parser.add_argument("--root", required=True, metavar="DIR", help="folder of the Mixamo clips")
     parser.add_argument("--mixamo", default="mixamo", metavar="DATASET", help="with its parameters")
     parser.add_argument("--out", default="runs/learned", metavar="DIR", help="folder of results")
-    parser.add_argument("--jobs", type=int, metavar="N", help="number of processes")
+    parser.add_argument("--jobs", type=int, default=defaults.jobs(), metavar="N", help="processes")
     options = parser.parse_args()
-    common = {"metrics": METRICS, "out": options.out, "workers": options.jobs, "timed": False}
+    common = {"metrics": METRICS, "out": options.out, "jobs": options.jobs, "timed": False}
     sets = {
         "puppets": {"dataset": defaults.DATASET},
         "mixamo": {"dataset": options.mixamo, "root": options.root},

@@ -198,9 +198,9 @@ def main() -> None:
     parser.add_argument("--pairs", required=True, metavar="DIR", help="folder with pair.txt")
     parser.add_argument("--fold", required=True, metavar="RUNS", type=Path, help="folder of training runs")
     parser.add_argument("--out", default="runs/peers", metavar="DIR", help="folder of results")
-    parser.add_argument("--jobs", type=int, metavar="N", help="number of processes")
+    parser.add_argument("--jobs", type=int, default=defaults.jobs(), metavar="N", help="processes")
     options = parser.parse_args()
-    common = {"metrics": METRICS, "out": options.out, "workers": options.jobs, "timed": False}
+    common = {"metrics": METRICS, "out": options.out, "jobs": options.jobs, "timed": False}
     every = [name for name in PEERS if name not in FEW_STRUCTURES]
     _trained(PEERS)
     with TemporaryDirectory() as temporary:

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from retarget_bench.commands.render import scene_of
+from retarget_bench.commands.render import Options, scene_of
 from retarget_bench.viewer.colours import FAINT, INK, PAPER, colours
 from retarget_bench.viewer.drawing import GAP, draw_chip
 from retarget_bench.viewer.renderer import DrawingStyle, stages
@@ -44,7 +44,7 @@ def described(figure: Figure) -> str:
 
 
 def drawn() -> Image.Image:
-    scene = scene_of([CASE], dataset=DATASET, methods=METHODS, ask=True)
+    scene = scene_of([CASE], Options(out=OUTPUT, dataset=DATASET, methods=METHODS, ask=True))
     wide, high = PANEL
     style = DrawingStyle(PANEL, VIEW)
     picture = Image.new("RGB", (len(scene.figures) * (wide + GAP) - GAP, high + round(2.9 * LETTER)), PAPER)

@@ -162,7 +162,7 @@ def measured(
     source: rb.Motion, target: rb.Motion, method: str, folder: Path
 ) -> tuple[Found, Motion | None]:
     """Retarget a pair by way of a file, and look at what the file says."""
-    body = target.character
+    body: rb.Character = target.character
     form = files.format_of(body.file.findings.path)
     out = folder / f"out{form.written[0] if form.written else '.glb'}"
     try:

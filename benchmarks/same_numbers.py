@@ -115,7 +115,7 @@ def _git(*words: str) -> str:
 
 def collected(revision: Revision, kinds: Sequence[Kind]) -> list[Values]:
     """The facts of every kind, from files where they were computed before."""
-    by_kind = []
+    by_kind: list[Values] = []
     for kind in kinds:
         path = revision.scratch.parent / f"{kind.__name__}-{FACTS_HASH}.csv"
         if not path.exists():

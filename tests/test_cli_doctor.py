@@ -107,7 +107,7 @@ def test_brackets_behind_a_name(text, path, said):
         ("[root_place=both]", "root_place: 'both' is not known"),
         ("[reading=none.toml]", "none.toml: cannot be read"),
         ("[reading=wrong.toml]", "wrong.toml: 'uint' is nothing"),
-        ("[reading=loop.toml]", "loop.toml: says 'reading'"),
+        ("[reading=loop.toml]", "loop.toml: has a line 'reading'"),
         ("[roles=wrong.toml]", "wrong.toml: 'uint': \"cm\"|wrong.toml: 'uint': 'cm' is no role"),
     ],
 )

@@ -142,7 +142,7 @@ def command(only: tuple[str, ...], budget_scale: float, tiny: bool, options: Opt
             out=out / spec.slug,
             resume=True,
             jobs=jobs,
-            device=where.type,
+            device=where.type,  # type: ignore[arg-type]
         )
         verdicts.append(trained(run_options, where, 4 if tiny else CASES))
     click.echo(summary(verdicts))

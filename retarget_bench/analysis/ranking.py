@@ -153,7 +153,7 @@ def _ranked(losses: Mapping[str, np.ndarray], tolerance: float, **facts: Any) ->
 
 
 def common_cases(
-    numbers: np.ndarray, ranked: np.ndarray, never: np.ndarray | np.bool = np.False_
+    numbers: np.ndarray, ranked: np.ndarray, never: np.ndarray | np.bool_ = np.False_
 ) -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
     """``(cases,)`` bool: cases that all ranked methods have a number for; ``(methods,)`` bool: those whose
     means are over these; and why ranked methods are left out.

@@ -259,7 +259,7 @@ def _of_value(matrix: ResultMatrix, value: str) -> _OfValue:
     return result
 
 
-def _spread(row: MethodRow, value: str, clips: np.ndarray, common: np.ndarray | np.bool) -> float | None:
+def _spread(row: MethodRow, value: str, clips: np.ndarray, common: np.ndarray | np.bool_) -> float | None:
     """Standard deviation over seeds of the mean over the common cases; None where there is one seed."""
     if len(row.runs) < 2:
         return None

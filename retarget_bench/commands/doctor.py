@@ -88,6 +88,11 @@ def _save(path: Path, imported: Imported) -> None:
             f"{imported.findings.path.name}; choose another name, or remove it"
         )
     body = reading_text(imported)
+    try:
+        body.encode()
+    except UnicodeEncodeError as error:
+        broken = error.object[error.start : error.end]
+        raise BenchError(f"{path}: a joint's name holds {broken!r}, which no TOML file can hold") from None
     write_text(path, f"{head}; written as {digest(body, 12)}\n{body}")
 
 

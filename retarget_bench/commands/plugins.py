@@ -194,8 +194,8 @@ def _weights(factory: Any, spec: Spec) -> list[str]:
     from retarget_bench.training import weights
     from retarget_bench.training.card_text import described
 
-    weights_asked = spec.parameters.get("weights")
-    names = [str(weights_asked)] if weights_asked else list(factory.shipped())
+    explicit = spec.parameters.get("weights")
+    names = [str(explicit)] if explicit else list(factory.shipped())
     if not names:
         return ["", f"Weights: none are shipped; bench train {spec.name} makes some"]
     lines = []

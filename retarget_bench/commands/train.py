@@ -383,8 +383,8 @@ def ablate(method: str, table: str, options: AblationOptions) -> None:
     run.carry_out(plan, "bench ablate")
     budget = f"budget {options.budget}, " if options.budget else ""
     recipe = f"preset {preset}, {budget}seed {seed}"
-    table_made = ablations.table(ablation, trained, plan, bound.dataset(data).built.label.strip(), recipe)
-    echo(WITH_INTERVALS["text"]([table_made]), nl=False)
+    result = ablations.table(ablation, trained, plan, bound.dataset(data).built.label.strip(), recipe)
+    echo(WITH_INTERVALS["text"]([result]), nl=False)
     for ending in ("md", "tex", "html", "csv"):
-        write_text(out / f"{spec.name}-{table}.{ending}", WITH_INTERVALS[ending]([table_made]))
+        write_text(out / f"{spec.name}-{table}.{ending}", WITH_INTERVALS[ending]([result]))
     echo(f"wrote {out / f'{spec.name}-{table}'}.md, .tex, .html and .csv")

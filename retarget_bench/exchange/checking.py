@@ -190,11 +190,11 @@ def _wrong_metrics(header: ResultHeader, task: str) -> Iterator[str]:
         if (len(there), there) > (len(here), here):
             yield f"scored by a newer version of {name} than is installed; upgrade retarget-bench"
         for value in metric.card.computed:
-            declared, here_declared = header.declared.get(value.id), DeclaredValue.of(value, name)
+            declared, installed = header.declared.get(value.id), DeclaredValue.of(value, name)
             if declared is None and name not in others:
                 yield f"the header lacks {value.id} of {name}"
             elif declared and (
-                other := [f for f in READ_BY if getattr(declared, f) != getattr(here_declared, f)]
+                other := [f for f in READ_BY if getattr(declared, f) != getattr(installed, f)]
             ):
                 yield f"the header declares another {other[0]} of {value.id} than its metric"
 

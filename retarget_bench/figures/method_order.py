@@ -15,7 +15,7 @@ from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, requested
-from retarget_bench.tables.groups import FPS
+from retarget_bench.tables.cells import FPS
 
 
 def ranked(places: Iterable[ResultPaths]) -> dict[str, ResultHeader]:

@@ -6,7 +6,9 @@ hangs, or ends the process it is in, costs no command.
 
 from __future__ import annotations
 
+import os
 import re
+import signal
 import subprocess
 import sys
 from contextlib import suppress
@@ -67,6 +69,14 @@ def add_file(path: str | PathLike[str]) -> registry.PluginEntry:
     return registry.add_file(path)
 
 
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process, if it lives, and what it started."""
+    if hasattr(os, "killpg"):
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+    process.kill()
+
+
 def try_import(path: Path) -> None:
     """Import a plug-in file elsewhere, once for each state of its code.
 
@@ -83,12 +93,17 @@ def try_import(path: Path) -> None:
     if mark.exists():
         return
     command, nothing = [sys.executable, "-c", _IMPORT, str(path)], subprocess.DEVNULL
-    try:
-        code = subprocess.run(
-            command, stdin=nothing, stdout=nothing, stderr=nothing, timeout=LONGEST, check=False
-        ).returncode
-    except subprocess.TimeoutExpired:
-        raise BenchError(f"{path}: importing it takes more than {LONGEST:g} s; nothing was run") from None
+    with subprocess.Popen(
+        command, stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True
+    ) as importing:
+        try:
+            code = importing.wait(LONGEST)
+        except subprocess.TimeoutExpired:
+            raise BenchError(
+                f"{path}: importing it takes more than {LONGEST:g} s; nothing was run"
+            ) from None
+        finally:
+            _end(importing)
     if code != _IMPORTED:
         raise BenchError(
             f"{path}: importing it ends the process that does (exit code {code}); nothing was run"

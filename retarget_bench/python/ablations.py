@@ -112,11 +112,11 @@ def table(
     trained: Mapping[str, Spec],
     carried_out: plan.Plan,
     trained_on: str,
-    config: str,
+    recipe: str,
 ) -> Table:
     """Every printed row, and below it the one that was trained here, from the results of a plan.
 
-    trained_on: label of the training data. config: of every row, in words.
+    trained_on: label of the training data. recipe: of every row, in words.
     """
     rows = {bound.method(spec).known_as: label for label, spec in trained.items()}
     units = plan.evaluation_units(carried_out)
@@ -125,7 +125,7 @@ def table(
     result = joined(published(ablation), paths, Selection(variants=True), known_as=known_as)
     (tested_on,) = (bound.dataset(each).built.label.strip() for each in carried_out.datasets)
     note = (
-        f"Every row of ours: {config}, trained on {trained_on}, tested on {tested_on}. How rows differ can "
+        f"Every row of ours: {recipe}, trained on {trained_on}, tested on {tested_on}. How rows differ can "
         "be compared with the paper, the numbers cannot."
     )
     return replace(result, notes=(note, *result.notes))

@@ -257,8 +257,8 @@ def cautions(
 ) -> tuple[str, ...]:
     """Warnings about a method on two bodies, and about a start that was kept."""
     method = method_spec(options.method or defaults.METHOD)
-    warnings = legs.guess(source.character, target), known.caution(method, source.character, target)
-    return (*filter(None, warnings), *editing.doubts(source, options))
+    sentences = legs.guess(source.character, target), known.caution(method, source.character, target)
+    return (*filter(None, sentences), *editing.doubts(source, options))
 
 
 def answer(source: character.Prediction, target: character.Character, options: RetargetOptions) -> Motion:

@@ -303,7 +303,7 @@ def _belongs(name: str, method: str) -> bool:
     """True for a file of a method, ``ik.csv`` and ``ik.sets.csv``, but not ``ik.seed-1.csv``, its folder of
     predictions, and the metadata of cases."""
     rest = name.removeprefix(f"{method}.")
-    own = rest != name and not rest.startswith("seed-") and not rest.endswith("journal")
+    own = rest != name and not rest.startswith("seed-") and not rest.endswith(("journal", "features"))
     return own or name == method or name.startswith("cases.")
 
 

@@ -23,7 +23,7 @@ from retarget_bench.results import case_metadata, dataset_names, result_matrix
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, names, requested
-from retarget_bench.tables.groups import FPS, declared_sets
+from retarget_bench.tables.cells import FPS, declared_sets
 from retarget_bench.tables.model import Column, Table
 
 _BODIES = ("", *BODIES)

@@ -216,16 +216,16 @@ def _lost(
     position = {split.matrix.cases[number].id: number for number in cases}
     reasons: list[dict[str, str]] = []
     for row in split.matrix.rows:
-        reason_of: dict[str, str] = {}
+        reasons_of_method: dict[str, str] = {}
         for problem in row.header.problems:
             why = printable(f"{problem.status}: {problem.message}")
-            reason_of |= {str(position[case]): why for case in problem.cases if case in position}
+            reasons_of_method |= {str(position[case]): why for case in problem.cases if case in position}
         folder = row.paths.folder / row.paths.method
         stored = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
         for case, number in position.items():
             if f"{case_file(case)}.npz" not in stored:
-                reason_of.setdefault(str(number), NOT_STORED)
-        reasons.append(reason_of)
+                reasons_of_method.setdefault(str(number), NOT_STORED)
+        reasons.append(reasons_of_method)
     for (c, s, number), answers in shown.failures.items():
         if (c, s) == at:
             for label, status, message in answers:

@@ -26,7 +26,7 @@ Chosen = tuple[int, int, int]
 """Numbers of chapter, split and case."""
 
 
-def chosen(chapters: Sequence[Chapter], most: int | None, named_cases: Sequence[str] = ()) -> list[Chosen]:
+def chosen(chapters: Sequence[Chapter], most: int | None, requested: Sequence[str] = ()) -> list[Chosen]:
     """The cases to show, in the order in which they are to be packed: those asked for by id, then of every
     split in turn, cross first, its worst, median, best, next worst, ... case.
 
@@ -42,14 +42,14 @@ def chosen(chapters: Sequence[Chapter], most: int | None, named_cases: Sequence[
         for s, split in reversed([*enumerate(chapter.splits)])
     ]
     ids = {info.id for _, _, split in splits for info in split.matrix.cases}
-    if unknown := [case for case in named_cases if case not in ids]:
+    if unknown := [case for case in requested if case not in ids]:
         near = difflib.get_close_matches(unknown[0], ids, 3, 0.5) or sorted(ids)[:3]
         raise BenchError(f"no case {unknown[0]!r} in these results; near it: {', '.join(near)}")
     candidates = [
         (c, s, case)
         for c, s, split in splits
         for case, info in enumerate(split.matrix.cases)
-        if info.id in named_cases
+        if info.id in requested
     ]
     queues = [[(c, s, case) for case in order(split, most)] for c, s, split in splits]
     for turn in range(max(map(len, queues), default=0)):

@@ -60,12 +60,12 @@ def write(
     if options.page.suffix.lower() not in (".html", ".htm"):
         raise BenchError(f"{options.page}: a report is a page; end its name in .html")
     methods, columns = listed(options.methods), listed(options.columns)
-    chapters_found = chapters.chapters(roots, task, dataset, methods, options.root, columns, only, variants)
+    shown_chapters = chapters.chapters(roots, task, dataset, methods, options.root, columns, only, variants)
     chosen = motions.chosen(
-        chapters_found, options.clips, [options.cases] if isinstance(options.cases, str) else options.cases
+        shown_chapters, options.clips, [options.cases] if isinstance(options.cases, str) else options.cases
     )
     room = motions.ROOM if options.clips is None else motions.MOST_ROOM
-    shown = motions.motions(chapters_found, chosen, room, options.skins)
+    shown = motions.motions(shown_chapters, chosen, room, options.skins)
     ranked = method_order.ranked(chapters.results(roots))
-    files.write_text(options.page, page.page(chapters_found, shown, ranked, options.title or None))
+    files.write_text(options.page, page.page(shown_chapters, shown, ranked, options.title or None))
     return shown

@@ -10,8 +10,8 @@ from retarget_bench.errors import BenchError
 from retarget_bench.results import compatibility
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.tables import provenance
+from retarget_bench.tables.cells import FPS, CellBuilder, declared_sets, declared_values, lacking
 from retarget_bench.tables.finding import finding
-from retarget_bench.tables.groups import FPS, GroupBuilder, declared_sets, declared_values, lacking
 from retarget_bench.tables.method_groups import MethodGroup, by_part, by_set, speeds, without_sets
 from retarget_bench.tables.model import Group, Problem, Table
 
@@ -105,7 +105,7 @@ def _table(
     layout: Layout,
 ) -> Table:
     of_sets = declared_sets(sections)
-    builder = GroupBuilder(sections, {**declared, **of_sets})
+    builder = CellBuilder(sections, {**declared, **of_sets})
     apart = [key for key in of_sets if key not in builder.pooled]
     sets = [key for key in apart if with_sets or key in (columns or ())]
     keys = _broken_down(sections, columns) if by else []
@@ -149,7 +149,7 @@ def _table(
 def _methods(
     sections: Sequence[SplitSummary],
     requested: Sequence[str],
-    builder: GroupBuilder,
+    builder: CellBuilder,
     among: Sequence[SplitSummary] = (),
 ) -> Group:
     """Methods on these splits, with a sentence about columns and methods that are only ``among`` others."""
@@ -197,7 +197,7 @@ def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: I
 
 
 def _columns(
-    section: SplitSummary, requested: Sequence[str], builder: GroupBuilder
+    section: SplitSummary, requested: Sequence[str], builder: CellBuilder
 ) -> tuple[list[str], list[str]]:
     """The columns that a split has, and sentences about those it lacks."""
     present = _present([section], requested)

@@ -14,7 +14,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.options import Names, OfBodies, OfSplits, listed, option
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix, result_matrices, set_values
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables import groups, names
+from retarget_bench.tables import cells, names
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, entries, stand_in
 
 PEOPLE_ALONE = "computed of all answers to bodies of one group: --bodies people"
@@ -157,4 +157,4 @@ def _why_missing(matrix: ResultMatrix, rows: Sequence[MethodRow], key: str) -> s
 def lacking(matrix: ResultMatrix, row: MethodRow, key: str) -> str:
     """The reason why a row has no number of a value; "" where it has one."""
     (score,) = split_summary(replace(matrix, rows=(row,))).scores
-    return "" if key in score.means else groups.lacking(matrix.values[key], [score])
+    return "" if key in score.means else cells.lacking(matrix.values[key], [score])

@@ -74,7 +74,7 @@ def _contacts(group: Group, at: Sequence[int], learned: Sequence[Row]) -> str:
 
 
 def _range(numbers: Iterable[float]) -> str:
-    least, *_, most = (f"{number:.0f}" for number in sorted([*numbers] * 2))
+    least, most = (f"{number:.0f}" for number in (min(numbers), max(numbers)))
     return f"{least} %" if least == most else f"{least} to {most} %"
 
 

@@ -9,7 +9,7 @@ from retarget_bench.analysis.ranking import Ranking, doubt, never_ranked
 from retarget_bench.analysis.summary import PEOPLE_SET, MethodSummary, SplitSummary, of_set, usual_value
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.results.header import MetricFault
-from retarget_bench.tables.groups import FPS, STALE, GroupBuilder, by_number
+from retarget_bench.tables.cells import FPS, STALE, CellBuilder, by_number
 from retarget_bench.tables.model import NOT_RUN, Cell, Group, Row, count, listed
 
 ColumnKey = tuple[SplitSummary, str]
@@ -27,7 +27,7 @@ class MethodGroup:
 
     sections: Sequence[SplitSummary]
     keys: Mapping[str, Sequence[str]]
-    builder: GroupBuilder
+    builder: CellBuilder
 
     @property
     def column_keys(self) -> list[ColumnKey]:
@@ -232,7 +232,7 @@ def speeds(section: SplitSummary) -> list[str]:
 
 
 # ---------------------------------------------------------------------------------------- values of sets
-def floors(column_keys: Sequence[ColumnKey], which: tuple[str, str], builder: GroupBuilder) -> list[str]:
+def floors(column_keys: Sequence[ColumnKey], which: tuple[str, str], builder: CellBuilder) -> list[str]:
     """A sentence for each value of a set: the references' scores."""
     floor_of: dict[str, list[str]] = {}
     for section, key in column_keys:
@@ -243,7 +243,7 @@ def floors(column_keys: Sequence[ColumnKey], which: tuple[str, str], builder: Gr
     return [f"Floor of {label}, that of real motion: {', '.join(of)}." for label, of in floor_of.items()]
 
 
-def by_set(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) -> list[Group]:
+def by_set(section: SplitSummary, keys: Sequence[str], builder: CellBuilder) -> list[Group]:
     """A group per set (target structure and kind) that any method has a value for, a row per method."""
     computed: dict[tuple[str, str], dict[str, None]] = {}
     for each in (each for score in section.scores for each in score.sets):
@@ -256,7 +256,7 @@ def by_set(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) ->
 
 
 def _of_set(
-    section: SplitSummary, which: tuple[str, str], keys: Sequence[str], builder: GroupBuilder
+    section: SplitSummary, which: tuple[str, str], keys: Sequence[str], builder: CellBuilder
 ) -> Group:
     (structure, kind), columns = which, tuple(map(builder.column, keys))
     usual = {key: usual_value(section.scores, key, which) for key in keys}
@@ -303,7 +303,7 @@ def without_sets(sections: Sequence[SplitSummary], keys: Sequence[str]) -> list[
 
 
 # --------------------------------------------------------------------------------- parts by methods
-def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: GroupBuilder) -> Group:
+def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: CellBuilder) -> Group:
     """One value on one split, broken down: a row per part, a column per method. The title has the unit."""
     value = builder.column(key)
     first = {score.label: score for section in reversed(sections) for score in section.scores}

@@ -12,7 +12,7 @@ from retarget_bench.plugins.spec import folded
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import ResultMatrix, set_values
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, LISTED, entries
-from retarget_bench.tables.groups import FPS, declared_sets, declared_values
+from retarget_bench.tables.cells import FPS, declared_sets, declared_values
 
 Declared = Mapping[str, DeclaredValue]
 SPEED = DeclaredValue(

@@ -14,7 +14,7 @@ from retarget_bench.options import Names, OfBodies, OfMethods, listed, option
 from retarget_bench.results.metres import UNITS
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, names
-from retarget_bench.tables.groups import FPS
+from retarget_bench.tables.cells import FPS
 from retarget_bench.tables.model import Table, count
 
 LAYOUTS: dict[str, builder.Layout] = {"html": "both", "csv": "splits", "json": "splits"}
@@ -86,20 +86,20 @@ def tables(places: Sequence[ResultPaths], request: Request, form: str = "text") 
     Raises BenchError for columns, bodies and splits that no result has.
     """
     by, task = request.by or None, places[0].kind
-    asked_columns, splits = listed(request.columns), listed(request.splits)
-    usual = not asked_columns and not request.all
+    requested_columns, splits = listed(request.columns), listed(request.splits)
+    usual = not requested_columns and not request.all
     plain = request.at_least is None and not (request.against or request.unit)
     if task in TASK_COLUMNS and usual and plain:
         return task_tables(places, task, by, request.selection(task))
-    if task in TASK_COLUMNS and asked_columns and task != "reconstruct":
+    if task in TASK_COLUMNS and requested_columns and task != "reconstruct":
         by = by or TASK_BREAKDOWN[task]
     sections = request.summaries(places, by)
     columns: Sequence[str] | None = None
     if request.all:
         # nobody times probes, nor derived tasks
         columns = [each for each in builder.all_columns(sections) if task in PAIRED or each != FPS]
-    elif asked_columns:
-        columns = names.column_ids(asked_columns, sections)
+    elif requested_columns:
+        columns = names.column_ids(requested_columns, sections)
         if by is None and (over := builder.curve_index(sections, columns)):
             by, sections = over, request.summaries(places, over)
     shown, hints = _shown(sections, request)
@@ -111,7 +111,7 @@ def tables(places: Sequence[ResultPaths], request: Request, form: str = "text") 
     if request.against:
         shown_beside = builder.OVERVIEW_COLUMNS if layout == "overview" else builder.DEFAULT_COLUMNS
         beside = shown_beside if columns is None else columns
-        columns = names.against_the_source(beside, sections, explicit=bool(asked_columns))
+        columns = names.against_the_source(beside, sections, explicit=bool(requested_columns))
         columns = columns[: 1 if usual and by else None]
         layout = "splits" if layout == "both" else layout
     made = builder.tables(shown, columns, by or "", layout=layout)

@@ -185,7 +185,7 @@ def check(
     trained_with: Mapping[str, Scalar] = card["facts"]
     if unknown := sorted(set(facts) ^ set(trained_with)):
         raise BenchError(
-            f"{path}: these weights are of another version of {card['method']}: one of the two lacks "
+            f"{path}: these weights are of another form of {card['method']}: one of the two lacks "
             f"{', '.join(unknown)}; train them anew"
         )
     other = Spec(

@@ -132,8 +132,8 @@ def matching(ids: Sequence[str], name: str) -> str:
                 f"{name!r} may be {len(fits)} cases, such as {', '.join(map(repr, fits[:3]))}; "
                 "give more of the name, in quotes, since > means something to a shell"
             )
-    near = difflib.get_close_matches(name, ids, 3, 0.4) or ids[:3]
-    raise BenchError(f"no case is called {name!r}; near it: {', '.join(map(repr, near))}")
+    near = ", ".join(map(repr, difflib.get_close_matches(name, ids, 3, 0.4) or ids[:3]))
+    raise BenchError(f"no case is called {name!r}" + (f"; near it: {near}" if near else ": there is none"))
 
 
 def colours(roots: Iterable[Path]) -> dict[str, str]:

@@ -234,23 +234,23 @@ def of_motions(motions: Sequence[Prediction], labels: Sequence[str]) -> Scene:
 
 def _read(files: Sequence[Path], body: Character | None) -> list[Prediction]:
     """Every file's motion, in their order; predictions last, since they need the bodies of the others."""
-    predictions_of: dict[Path, Prediction] = {}
+    motions: dict[Path, Prediction] = {}
     for path in files:
         ending = split_take(path)[0].suffix.lower()
         if ending == ".npz" and not amass.holds_motion(path):
             continue
         if ending in suffixes():
-            predictions_of[path] = importer.load(path).motion
+            motions[path] = importer.load(path).motion
         else:
             endings = ", ".join(suffixes())
             raise FileError(
                 path, f"is no motion file that can be shown; give {endings}, or .npz of a prediction"
             )
-    bodies = [body] if body is not None else [motion.character for motion in predictions_of.values()]
+    bodies = [body] if body is not None else [motion.character for motion in motions.values()]
     for path in files:
-        if path not in predictions_of:
-            predictions_of[path] = _prediction(path, bodies)
-    return [predictions_of[path] for path in files]
+        if path not in motions:
+            motions[path] = _prediction(path, bodies)
+    return [motions[path] for path in files]
 
 
 def _prediction(path: Path, bodies: Sequence[Character]) -> Prediction:

@@ -210,7 +210,7 @@ def test_an_export_touches_no_other_folder(tmp_path: Path) -> None:
     with pytest.raises(BenchError, match="another export"):
         next(dataset_export.export(Few(seed=3), "puppets[seed=3]", tmp_path / "one"))
     (tmp_path / "one" / "manifest.json").write_text("{}")
-    with pytest.raises(BenchError, match="no manifest"):
+    with pytest.raises(BenchError, match="not the manifest"):
         exported(tmp_path / "one")
     with pytest.raises(BenchError, match="is a file"):
         exported(tmp_path / "mine" / "letter.txt")

@@ -36,7 +36,7 @@ COMPARISON, TRANSFER = "retarget_bench.api.comparison", "retarget_bench.motion.t
 MEASURES, POSE = "retarget_bench.motion.measures", "retarget_bench.motion.reference_pose"
 CHARACTER, WRITING = "retarget_bench.motion.character", "retarget_bench.motion.bvh.writing"
 BUILDER, MODEL = "retarget_bench.tables.builder", "retarget_bench.tables.model"
-GROUPS, METHODS = "retarget_bench.tables.groups", "retarget_bench.tables.method_groups"
+CELLS, METHODS = "retarget_bench.tables.cells", "retarget_bench.tables.method_groups"
 PAIRWISE, MATRIX = "retarget_bench.analysis.pairwise", "retarget_bench.results.result_matrix"
 RENDERED = "retarget_bench.tables.rendering.as_text"
 
@@ -100,7 +100,7 @@ MUTATIONS = {
         "body", CHARACTER, "Character.height", "measures.height", "measures.h4",
     ),
     "the second bone of an A-pose as it rests": (
-        "body", POSE, "_straighten", "body.swing(pose, joints[1], joints[2], wanted)", "",
+        "body", POSE, "_straighten", "body.swing(pose, joints[1], joints[2], direction)", "",
     ),
     "tips left out of what is written": (
         "writer", WRITING, "hierarchy_text", "tips[site.parent].append(site.offset)", "pass",
@@ -109,7 +109,7 @@ MUTATIONS = {
         "body", RECORDING, "_skeleton", "(x * scale, y * scale, z * scale)", "(x, y, z)",
     ),
     "cells cut": (
-        "table", GROUPS, "GroupBuilder.shown", 'f"{number:.{self.decimals(key)}f}"',
+        "table", CELLS, "CellBuilder.shown", 'f"{number:.{self.decimals(key)}f}"',
         'f"{int(number * 10 ** self.decimals(key)) / 10 ** self.decimals(key):.{self.decimals(key)}f}"',
     ),
     "default columns in another order": ("table", BUILDER, "DEFAULT_COLUMNS", COLUMNS, COLUMNS[::-1]),

@@ -9,7 +9,7 @@ from retarget_bench.analysis import summary
 from retarget_bench.evaluation import timing
 from retarget_bench.results import store as records
 from retarget_bench.tables import builder, rendering
-from retarget_bench.tables.groups import STALE
+from retarget_bench.tables.cells import STALE
 from retarget_bench.tables.model import FAILED, NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
 
 WORLD = {"mpjpe_h.world": 1.0}

@@ -19,7 +19,7 @@ def plain(values: Tensor, activation: str, mask: DropoutMask | None, *weights: T
     for weight, shift in zip(inner[::2], inner[1::2], strict=True):
         values = getattr(functional, activation)(functional.linear(values, weight, shift))
     if mask is not None:
-        values = values * mask.kept(mask.bytes(*values.shape), values)
+        values = values * mask.factors(mask.bytes(*values.shape), values)
     return functional.linear(values, last, bias)
 
 

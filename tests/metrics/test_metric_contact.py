@@ -255,7 +255,7 @@ def test_against_the_source_the_feet_of_each_body_stand_on_their_own_soles() -> 
 
 
 def test_labels_found_in_generated_references_are_the_exact_ones() -> None:
-    """Shares of all labels, feet and toes of people, fore paws left out (``contact_labels.py``)."""
+    """Shares of all labels, feet and toes of people, fore paws left out."""
     data, hits, true, claimed = Puppets(), 0, 0, 0
     for info in data.cases("retarget", "self")[::4]:
         comparison = Comparison(data.load(info), data.load(info).reference)

@@ -150,12 +150,11 @@ def test_points_and_skins_arrive_to_the_last_bit(tmp_path, case):
     assert np.array_equal(again.vertices, skin.vertices)
 
 
-def test_a_mesh_arrives_with_its_groups(tmp_path, case):
-    mesh = replace(case.target.mesh, groups={"left_hand": np.array([3, 1])})
+def test_a_mesh_arrives_as_it_is(tmp_path, case):
+    mesh = case.target.mesh
     again = files.read_mesh(files.write_mesh(tmp_path, "mesh", mesh))
     for name in ("vertices", "faces", "weights", "pose"):
         assert np.array_equal(getattr(again, name), getattr(mesh, name))
-    assert {role: group.tolist() for role, group in again.groups.items()} == {"left_hand": [3, 1]}
 
 
 def test_a_stored_skin_is_what_was_scored(tmp_path, case):

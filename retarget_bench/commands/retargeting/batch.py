@@ -7,9 +7,11 @@ later counts. A second run does only what is new or has changed.
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import asdict, dataclass, fields
 from functools import lru_cache, partial
 from pathlib import Path
@@ -79,7 +81,8 @@ def work(plugins: Sequence[tuple[str, registry.Kind]], order: tuple[Job, Record 
             return Answer("current", record)
         for path in filter(None, (job.out, job.preview)):
             files.sweep(path)
-        verdict = retarget(job, output.append, warnings.append)
+        with _captured(output, warnings):
+            verdict = retarget(job, output.append, warnings.append)
         if verdict is not None:
             output += [*verdict.lines, verdict.summary]
             warnings += [f"{job.target.path.name}: {verdict.followers}"] * bool(verdict.undriven)
@@ -87,6 +90,17 @@ def work(plugins: Sequence[tuple[str, registry.Kind]], order: tuple[Job, Record 
     except BenchError as error:
         return Answer("failed", None, output, warnings, str(error))
     return Answer("done", new, output, warnings)
+
+
+@contextmanager
+def _captured(output: list[str], warnings: list[str]) -> Iterator[None]:
+    """Add what a plug-in or a library prints to the lines of its job."""
+    with redirect_stdout(io.StringIO()) as printed, redirect_stderr(io.StringIO()) as complained:
+        try:
+            yield
+        finally:
+            output += printed.getvalue().splitlines()
+            warnings += complained.getvalue().splitlines()
 
 
 def retarget_all(jobs: Sequence[Job], folder: Path, options: Options) -> list[Answer]:

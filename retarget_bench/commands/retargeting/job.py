@@ -78,7 +78,8 @@ class Job:
 
 
 def retarget(job: Job, say: Say, warn: Say) -> Verdict | None:
-    """Carry out a job and return the verdict; None where motions cannot be compared. Raises BenchError.
+    """Carry out a job and return the verdict; None where motions cannot be compared, or where nothing is
+    to be printed or written of it. Raises BenchError.
 
     say, warn: are given notes and a summary, and warnings.
     """
@@ -104,6 +105,8 @@ def retarget(job: Job, say: Say, warn: Say) -> Verdict | None:
         f"second on the body of {target.name}, by {options.method or defaults.METHOD}; "
         f"{followed} of {len(target.skeleton)} joints follow it; {_units(job, body)}"
     )
+    if options.quiet and options.report is None and job.preview is None:  # nobody would read it
+        return None
     compared_source, verdict = compared(source, options), None
     try:
         verdict = verdicts.verdict(compared_source, answer)

@@ -144,8 +144,8 @@ class _Work:
         twice = self.at in self.before or (metric and [units, cases, SCORING] in self.before)
         self.before.append([units, cases, call])
         if twice and metric:
-            left_given_up = [[unit, case, call] for unit in units for case in cases or [""]]
-            self.without += [[*each, SCORED.format(how)] for each in left_given_up]
+            left_out = [[unit, case, call] for unit in units for case in cases or [""]]
+            self.without += [[*each, SCORED.format(how)] for each in left_out]
         elif twice:
             write, why = StoredPlan(folder).writer(self.number), LOADED if call == LOADING else ENDED
             for unit in units:
@@ -183,15 +183,15 @@ class _Process:
         self.channel = Channel(self._process.stdout.fileno(), self._process.stdin.fileno())
         self._heard, self.how = time.monotonic(), ""
 
-    def give(self, folder: Path, work: _Work, out: Sequence[list[Any]]) -> None:
-        """Start work of a stored plan. out: the metrics that are asked no more."""
+    def give(self, folder: Path, work: _Work, given_up: Sequence[list[Any]]) -> None:
+        """Start work of a stored plan. given_up: the metrics that are asked no more."""
         if self.how or self._process.poll() is not None:
             self._close()
             self._start()
         self.work, work.at = work, None
         self._heard = time.monotonic()
         request = {"folder": str(folder), "kind": work.kind, "number": work.number, "again": work.again}
-        request["without"] = [*work.without, *out]
+        request["without"] = [*work.without, *given_up]
         with suppress(Closed):  # messages() will see that it ended
             self.channel.send(request)
 

@@ -61,7 +61,7 @@ class TaskQuestion:
 
     def level(self, word: str) -> Level:
         """The level that a word stands for. Raises BenchError."""
-        raise NotImplementedError
+        raise BenchError(f"{type(self).__name__.lower()} has no levels; got {word!r}")
 
     def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
         """The conditions as numbers; None where this body cannot be asked this."""

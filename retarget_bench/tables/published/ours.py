@@ -54,7 +54,7 @@ def variant(method: MethodInfo) -> str:
         card = optional.method_card(registry.create("methods", Spec(method.name, parameters)))
     except BenchError:
         return ""
-    words = ", ".join(words_of for name, words_of in card.differs.items() if name not in parameters)
+    words = ", ".join(sentence for name, sentence in card.differs.items() if name not in parameters)
     if not card.paper:
         return words
     if any(parameters == each for each in card.published):

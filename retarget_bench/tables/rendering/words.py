@@ -6,7 +6,7 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 
 from retarget_bench.analysis.statistics import ALPHA, CLIPS_FOR_RARE, ENOUGH_CLIPS, LEVEL, unseen
-from retarget_bench.tables.groups import FPS
+from retarget_bench.tables.cells import FPS
 from retarget_bench.tables.model import (
     CONTROL,
     EMPTY,

@@ -47,7 +47,7 @@ def unit(character: Character, lengths: Lengths) -> float:
 class Sight:
     """A motion as the networks see it, at 30 frames per second.
 
-    poses: ``(frames, 3 joints + 4)`` float32; see ``network/pose.py``. ``own``: the movement of a frame is
+    poses: ``(frames, 3 joints + 4)`` float32; see ``pose.py``. ``own``: the movement of a frame is
            that since the frame before; the first frame is given that of the second. ``released``: it is
            that to the next frame, and the last frame does not move.
     turn:  ``(frames,)`` unit complex numbers, where the body faces. hips: ``(frames, 3)`` metres.

@@ -1,7 +1,7 @@
 """Columns and cells of tables: numbers and marks, or why there is no number."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 
@@ -39,7 +39,7 @@ FPS_MEANING = "frames retargeted per second by one process and one thread, with 
 
 
 @dataclass(frozen=True, eq=False)
-class GroupBuilder:
+class CellBuilder:
     """Builder of columns and cells: what all groups of a table share.
 
     sections: all of the table. declared: value id -> its declaration in the newest header.
@@ -62,8 +62,12 @@ class GroupBuilder:
             each.value_id for score in scores for each in score.sets if each.structure == TWO_LEGS
         )
 
-    @cache  # noqa: B019
-    def decimals(self, key: str) -> int:
+    @cached_property
+    def decimals(self) -> Callable[[str], int]:
+        """Column -> its decimals."""
+        return cache(self._decimals)
+
+    def _decimals(self, key: str) -> int:
         """Decimals of a column: three significant digits of its typical number; two for zeros alone.
 
         Numbers of ranked methods count, or of all where these have none; none that are rounding errors
