@@ -196,7 +196,7 @@ def test_their_file_is_weights_like_others(file):
     method = R2ET(weights=str(file))
     assert method.untrained == ""
     assert set(method.tensors) == set(SkeletonAwareNetwork().state_dict())
-    assert method.weights_label == f"local-{method.weights_hash[:8]}"
+    assert method.weights_label == f"authors-{method.weights_hash[:8]}"
     assert method.training_manifest is None
     assert (
         method._network(torch.zeros(2, 22, 4), *method._network.bones(torch.ones(2, 22, 3)))
@@ -316,7 +316,7 @@ def test_missing_files_are_named(file):
 def test_statistics_that_are_no_array_are_refused(file):
     values = file.parent.parent / STATS / "mixamo_quat_mean.npy"
     values.write_bytes(b"no array")
-    with pytest.raises(FileError, match="is no array of R2ET's statistics"):
+    with pytest.raises(FileError, match="holds no array of real numbers"):
         _ = R2ET(weights=str(file)).tensors
 
 
