@@ -9,6 +9,8 @@ from typing import Any
 import authors_files
 import numpy as np
 import pytest
+import same_material
+import test_r2et_released
 import torch
 from authors_files import MIXAMO, arrays
 from torch import Tensor
@@ -17,6 +19,8 @@ from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.settings import BETWEEN_LEGS, SETTINGS
+from retarget_bench.methods.r2et import R2ET
+from retarget_bench.methods.same import Same
 from retarget_bench.methods.san import San
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
@@ -154,3 +158,143 @@ def test_they_need_the_parameters_of_the_authors(folders, spec, advice):
     folder = folders(asked.name)
     with pytest.raises(BenchError, match=f"write {advice} in the brackets of {asked.name}"):
         _ = bound.method(asked.with_parameters(weights=str(folder))).known_as
+
+
+# ------------------------------------------------------------------------------- files that are not theirs
+class Evil:
+    """Runs when it is unpickled in full."""
+
+    def __reduce__(self):
+        return (Path.touch, (Path("evil"),))
+
+
+@pytest.fixture(params=["san", "pan", "three", "r2et", "same"])
+def files(request, folders, real_data, tmp_path) -> tuple[Any, Path]:
+    """A method by the authors' files, anew on every call, and one of its files of tensors."""
+    name = request.param
+    if name == "r2et":
+        file = test_r2et_released.repository(
+            tmp_path, test_r2et_released.their_names(), test_r2et_released.random_statistics()
+        )
+        return lambda: R2ET(weights=str(file)), file
+    if name == "same":
+        folder = same_material.write_released(same_material.oracle(real_data), tmp_path)
+        return lambda: Same(weights=str(folder)), folder / same_material.MODEL
+    folder = folders(name)
+    (file, *_) = sorted(folder.rglob("a*e*.pt*"))
+    return lambda: method(name, folder), file
+
+
+def spoilt(content: Any, value: Any) -> Any:
+    """The content with another value in the place of its first tensor."""
+    if isinstance(content.get("model"), dict):
+        return {**content, "model": spoilt(content["model"], value)}
+    return {**content, next(iter(content)): value}
+
+
+WRONG = {
+    "list": lambda content: [torch.ones(2)],
+    "numbers": lambda content: {1: torch.ones(2)},
+    "code": lambda content: spoilt(content, Evil()),
+    "another network": lambda content: {"seq.weight": torch.ones(16, 3, 4)},
+    "a text": lambda content: spoilt(content, "text"),
+    "not finite": lambda content: spoilt(content, torch.full((3, 3), torch.nan)),
+    "complex": lambda content: spoilt(content, torch.ones(3, dtype=torch.complex64)),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_a_file_that_is_not_the_authors_is_refused_in_a_sentence(files, wrong, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    made, file = files
+    torch.save(WRONG[wrong](torch.load(file)), file)
+    with pytest.raises(FileError, match=f"^{file}: .* "):
+        _ = made().tensors
+    assert not Path("evil").exists()
+
+
+@pytest.mark.parametrize("content", [b"", b"hello world", bytes(64)])
+def test_bytes_that_torch_did_not_write_are_refused(files, content):
+    made, file = files
+    file.write_bytes(content)
+    with pytest.raises(FileError, match=f"{file.name}: cannot be read"):
+        _ = made().tensors
+
+
+def test_a_missing_file_is_named(files):
+    made, file = files
+    file.unlink()
+    with pytest.raises(FileError, match=f"lacks {file.name}|there is no such file"):
+        _ = made().weights_hash
+
+
+@pytest.mark.parametrize("name", ["san", "pan", "three"])
+def test_statistics_are_asked_for(folders, name):
+    """Where they are missing, and where they are of other channels or not above zero."""
+    folder = folders(name)
+    three = name == "three"
+    place = folder if three else folder.parent / "datasets" / "Mixamo" / "mean_var"
+    (file, *_) = sorted(place.glob("humstats.npz" if three else "*23_var.npy"))
+
+    def write(values: np.ndarray) -> None:
+        np.savez(file, mean=values, std=values) if three else np.save(file, values)
+
+    write(np.zeros(92 if three else 91))
+    with pytest.raises(FileError, match=f"{file.name}: has deviations that are not above 0"):
+        _ = method(name, folder).tensors
+    write(np.full(92 if three else 91, np.nan))
+    with pytest.raises(FileError, match=rf"{file.name}: .* not finite"):
+        _ = method(name, folder).tensors
+    write(np.ones(12))
+    with pytest.raises(FileError, match="is of 12 channels, and the networks of 92"):
+        _ = method(name, folder).tensors
+    file.write_bytes(b"no array")
+    with pytest.raises(FileError, match=f"{file.name}: holds no array"):
+        _ = method(name, folder).tensors
+    for each in list(place.glob("*.np*")):
+        each.unlink()
+    with pytest.raises(FileError, match=r"lacks the statistics of .* beside models"):
+        _ = method(name, folder).weights_hash
+
+
+def test_characters_of_other_structures_count_for_none(folders):
+    folder = folders("san")
+    for file in (folder.parent / "datasets").rglob("*28_*.npy"):
+        np.save(file, np.ones(95))
+    with pytest.raises(FileError, match="holds no statistics of 111 channels"):
+        _ = method("san", folder).tensors
+
+
+@pytest.mark.parametrize("name", ["san", "pan", "three"])
+def test_networks_of_other_trees_are_refused(folders, name):
+    """By a bit of a mask, and by the number of channels."""
+    folder = folders(name)
+    (file, *_) = sorted(folder.rglob("a*e*.pt*"))
+    content = torch.load(file)
+    last = f"dec.layers.1.{2 if name == 'san' else 1}"
+    mask = content[f"{last}.mask"].clone()
+    mask.view(-1)[-1] = 1.0 - mask.view(-1)[-1]
+    torch.save({**content, f"{last}.mask": mask}, file)
+    with pytest.raises(FileError, match=f"{last} has a mask for other joints"):
+        _ = method(name, folder).tensors
+    torch.save({**content, f"{last}.bias": torch.ones(60)}, file)
+    with pytest.raises(FileError, match="writes 60 channels; those of known structures are"):
+        _ = method(name, folder).tensors
+    torch.save({**content, "enc.another.weight": torch.ones(2)}, file)
+    with pytest.raises(FileError, match=r"holds enc\.another\.weight"):
+        _ = method(name, folder).tensors
+
+
+def test_networks_of_other_sizes_are_refused(folders, monkeypatch):
+    folder = folders("pan")
+    monkeypatch.undo()
+    with pytest.raises(BenchError, match="of another structure"):
+        _ = method("pan", folder).tensors
+
+
+def test_a_folder_without_an_epoch_is_refused(folders):
+    folder = folders("san")
+    for each in (folder / "models" / "topology1").iterdir():
+        each.rename(each.with_name(f"epoch{each.name}"))
+    with pytest.raises(FileError, match="topology1: there is no folder of an epoch"):
+        _ = method("san", folder).weights_hash
