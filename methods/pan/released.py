@@ -136,11 +136,15 @@ def _of_bones(layout: Layout, design: Design, network: SavedNetwork) -> Iterator
     columns = [
         (part, int(layout.leads[edge]) - 1 + root) for part, edge in _pairs(seen_bones(layout, design))
     ]
-    first = network.blocks("linear1", columns, (parts, len(layout.parents) - 1 + root), unread=root)
-    rest = (network.blocks(f"linear{number}", _diagonal(parts), (parts, parts)) for number in (2, 3))
-    for number, weight in enumerate((first, *rest)):
+    grid = parts, len(layout.parents) - 1 + root
+    for number in range(3):
+        layer = f"linear{number + 1}"
+        if number == 0:
+            weight = network.blocks(layer, columns, grid, unread=root)
+        else:
+            weight = network.blocks(layer, _diagonal(parts), (parts, parts))
         yield f"skeleton.layers.{number}.weight", weight.squeeze(-1).transpose(1, 2).flatten(0, 1)
-        yield f"skeleton.layers.{number}.bias", network.take(f"linear{number + 1}.bias").view(parts, -1)
+        yield f"skeleton.layers.{number}.bias", network.take(f"{layer}.bias").view(parts, -1)
 
 
 def _pairs(parts: Sequence[Sequence[int]]) -> list[tuple[int, int]]:

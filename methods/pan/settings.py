@@ -70,7 +70,7 @@ PARAMETERS = {
     "adversarial": "weight of eq. 12; negative: as the variant",
     "velocity": "weight of eq. 20; negative: as the variant",
     "tips": "ends of chains: copied or rest",
-    "weights": "name of shipped weights, or a path to others",
+    "weights": "name of shipped weights, or a path to others, also to the authors' folder",
 }
 """A line on each parameter, for the method's card."""
 

@@ -169,7 +169,7 @@ class Evil:
 
 
 @pytest.fixture(params=["san", "pan", "three", "r2et", "same"])
-def files(request, folders, real_data, tmp_path) -> tuple[Any, Path]:
+def files(request, tmp_path) -> tuple[Any, Path]:
     """A method by the authors' files, anew on every call, and one of its files of tensors."""
     name = request.param
     if name == "r2et":
@@ -178,9 +178,10 @@ def files(request, folders, real_data, tmp_path) -> tuple[Any, Path]:
         )
         return lambda: R2ET(weights=str(file)), file
     if name == "same":
-        folder = same_material.write_released(same_material.oracle(real_data), tmp_path)
+        oracle = same_material.oracle(request.getfixturevalue("real_data"))
+        folder = same_material.write_released(oracle, tmp_path)
         return lambda: Same(weights=str(folder)), folder / same_material.MODEL
-    folder = folders(name)
+    folder = request.getfixturevalue("folders")(name)
     (file, *_) = sorted(folder.rglob("a*e*.pt*"))
     return lambda: method(name, folder), file
 
@@ -199,6 +200,7 @@ WRONG = {
     "another network": lambda content: {"seq.weight": torch.ones(16, 3, 4)},
     "a text": lambda content: spoilt(content, "text"),
     "not finite": lambda content: spoilt(content, torch.full((3, 3), torch.nan)),
+    "sparse": lambda content: spoilt(content, torch.ones(3).to_sparse()),
     "complex": lambda content: spoilt(content, torch.ones(3, dtype=torch.complex64)),
 }
 
@@ -213,10 +215,11 @@ def test_a_file_that_is_not_the_authors_is_refused_in_a_sentence(files, wrong, t
     assert not Path("evil").exists()
 
 
-@pytest.mark.parametrize("content", [b"", b"hello world", bytes(64)])
+@pytest.mark.parametrize("content", [b"", b"hello world", bytes(64), None], ids=repr)
 def test_bytes_that_torch_did_not_write_are_refused(files, content):
+    """None: the first half of the file."""
     made, file = files
-    file.write_bytes(content)
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2] if content is None else content)
     with pytest.raises(FileError, match=f"{file.name}: cannot be read"):
         _ = made().tensors
 
