@@ -4,14 +4,12 @@ from collections.abc import Iterator, Sequence
 
 from torch import Tensor
 
-from retarget_bench.training import torch_files
 from retarget_bench.training.layers.skeletal.layout import Layout
 from retarget_bench.training.layers.skeletal.released import (
     ARM,
     LEG,
     MIXAMO,
     SavedNetwork,
-    Statistics,
     Tree,
     completed,
     limb,
@@ -28,7 +26,7 @@ from .structure import Structure
 
 PERSON = Tree(
     "lafan22",
-    (-1, 0, 1, 2, 3, 0, 5, 6, 7, 0, 9, 10, 11, 12, 11, 14, 15, 16, 11, 18, 19, 20),
+    (-1, *range(4), 0, *range(5, 8), 0, *range(9, 13), 11, *range(14, 17), 11, *range(18, 21)),
     (
         *("hips", *limb("left", *LEG), *limb("right", *LEG)),
         *("spine_1", "spine_2", "spine_3", "neck", "head"),
@@ -82,20 +80,15 @@ def read(files: ReleasedFiles, parts: str, design: Design) -> dict[str, Tensor]:
     structures = {}
     for number, paths in enumerate(files.networks):
         auto_encoder, static_encoder = map(SavedNetwork.read, paths)
-        key = auto_encoder.layout("dec.layers.1.1", layouts)
+        key = auto_encoder.structure("dec.layers.1.1", layouts)
         if parts == "three":
-            statistics = _of_species(files, number, layouts[key])
+            statistics = of_motions(files.statistics[number], layouts[key])
         else:
             statistics = of_characters(files.statistics, layouts[key])
         structure = Structure(layouts[key], design, statistics.cast)
         tensors = parameters(structure, design, auto_encoder, static_encoder)
         structures[key] = completed(structure, tensors, statistics, paths[0])
     return named(structures)
-
-
-def _of_species(files: ReleasedFiles, number: int, layout: Layout) -> Statistics:
-    path = files.statistics[number]
-    return of_motions(*(torch_files.array(path, name) for name in ("mean", "std")), layout, path)
 
 
 def parameters(

@@ -35,7 +35,7 @@ def read(files: ReleasedFiles) -> dict[str, Tensor]:
     structures = {}
     for paths in files.networks:
         auto_encoder, static_encoder = map(SavedNetwork.read, paths)
-        key = auto_encoder.layout("dec.layers.1.2", layouts)
+        key = auto_encoder.structure("dec.layers.1.2", layouts)
         statistics = of_characters(files.statistics, layouts[key])
         structure = Structure(layouts[key], SETTINGS["released"].design, statistics.cast)
         tensors = parameters(structure, auto_encoder, static_encoder)

@@ -44,45 +44,16 @@ LEG, ARM = ("up_leg", "leg", "foot", "toe"), ("arm", "forearm", "hand")
 MIXAMO = (
     Tree(
         "mixamo-A",
-        (-1, 0, 1, 2, 3, 0, 5, 6, 7, 0, 9, 10, 11, 12, 13, 12, 15, 16, 17, 12, 19, 20, 21),
+        (-1, *range(4), 0, *range(5, 8), 0, *range(9, 14), 12, *range(15, 18), 12, *range(19, 22)),
         (
-            *(None, *limb("left", *LEG), *limb("right", *LEG)),  # the pelvis, which has no role
+            *(None, *limb("left", *LEG), *limb("right", *LEG)),  # the pelvis has no role
             *("hips", "spine_1", "spine_2", "spine_3", "neck", "head"),
             *(*limb("left", "shoulder", *ARM), *limb("right", "shoulder", *ARM)),
         ),
     ),
     Tree(
         "mixamo-B",
-        (
-            -1,
-            0,
-            1,
-            2,
-            3,
-            4,
-            0,
-            6,
-            7,
-            8,
-            9,
-            0,
-            11,
-            12,
-            13,
-            14,
-            15,
-            16,
-            14,
-            18,
-            19,
-            20,
-            21,
-            14,
-            23,
-            24,
-            25,
-            26,
-        ),
+        (-1, *range(5), 0, *range(6, 10), 0, *range(11, 17), 14, *range(18, 22), 14, *range(23, 27)),
         (
             *("hips", *limb("left", *LEG, "toe_end"), *limb("right", *LEG, "toe_end")),
             *("spine_1", "spine_2", None, "spine_3", "neck", "head", "head_top"),
@@ -109,7 +80,7 @@ class SavedNetwork:
         content = torch_files.read(path)
         return cls(path, {name.removeprefix("module."): tensor for name, tensor in content.items()})
 
-    def layout(self, last: str, layouts: Mapping[str, Layout]) -> str:
+    def structure(self, last: str, layouts: Mapping[str, Layout]) -> str:
         """The key of the layout that has as many channels as the bias of the ``last`` layer.
 
         Raises FileError where none has."""
@@ -197,8 +168,9 @@ def of_characters(files: Sequence[Path], layout: Layout) -> Statistics:
     return Statistics(tuple(each[0] for each in rows), mean, deviation)
 
 
-def of_motions(mean: Tensor, deviation: Tensor, layout: Layout, path: Path) -> Statistics:
-    """Those of all motions of a structure. path: of their file, for errors."""
+def of_motions(path: Path, layout: Layout) -> Statistics:
+    """Those of all motions of a structure, from an ``.npz`` with their ``mean`` and ``std``."""
+    mean, deviation = torch_files.array(path, "mean"), torch_files.array(path, "std")
     rows = _by_edge(mean, layout, 0.0, path), _deviation(deviation, layout, path)
     return Statistics((), *(each.unsqueeze(0) for each in rows))
 
