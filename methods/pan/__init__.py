@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -24,7 +24,7 @@ from retarget_bench.training.layers.skeletal.method import SkeletalMethod
 
 from .assignment import Assignment, assign, in_layout
 from .parts import layout_of, parts_of
-from .settings import BETWEEN_LEGS, DIFFERS, PARAMETERS, SETTINGS, Overrides, Settings, Variant
+from .settings import BETWEEN_LEGS, DIFFERS, PARAMETERS, SETTINGS, Design, Overrides, Settings, Variant
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -174,9 +174,17 @@ class Pan(SkeletalMethod):
         def read() -> Mapping[str, Tensor]:
             from .released import read
 
-            return read(files, method.parts, method.settings.design)
+            return read(files, method.parts, method.design(authors=True))
 
         return AuthorsWeights(path, files.paths, read, released_files.NOTE, method.facts())
+
+    def design(self, authors: bool) -> Design:
+        """The sizes of the networks, of ours or of the authors' weights."""
+        return replace(self.settings.design, root_bone=authors and self.parts == "six")
+
+    @property
+    def root_bone(self) -> bool:
+        return super().root_bone and self.parts == "six"
 
     def unfit(self, character: Character) -> str:
         if character.four_legged and self.parts == "six":
@@ -261,8 +269,9 @@ class Pan(SkeletalMethod):
 
         from .structure import rebuilt
 
+        design = self.design(authors=self._authors is not None)
         return {
-            name: rebuilt(tensors, self._part_map, name.endswith(FOUR), self.settings.design)
+            name: rebuilt(tensors, self._part_map, name.endswith(FOUR), design)
             for name, tensors in by_structure(self.tensors).items()
         }
 

@@ -123,19 +123,18 @@ def parameters(
 
 
 def _of_bones(layout: Layout, design: Design, network: SavedNetwork) -> Iterator[tuple[str, Tensor]]:
-    """The parameters of the encoder of skeletons. It reads the bone to each joint: of edges to the root's
-    too, which has no length and no weight of ours; of joints not."""
-    parts, root = len(layout.parts), int(layout.slots == "edges")
-    columns = [
-        (part, int(layout.leads[edge]) - 1 + root) for part, edge in _pairs(seen_bones(layout, design))
-    ]
-    grid = parts, len(layout.parents) - 1 + root
+    """The parameters of the encoder of skeletons, which reads the bone to each joint: of edges the root's
+    first, which we have last; of joints not the root's."""
+    parts, bones = len(layout.parts), len(layout.parents)
+    if layout.slots == "edges":
+        columns = [(part, (edge + 1) % bones) for part, edge in _pairs(seen_bones(layout, design))]
+    else:
+        bones -= 1
+        columns = [(part, joint - 1) for part, joint in _pairs(seen_bones(layout, design))]
     for number in range(3):
-        layer = f"linear{number + 1}"
-        if number == 0:
-            weight = network.blocks(layer, columns, grid, unread=root)
-        else:
-            weight = network.blocks(layer, _diagonal(parts), (parts, parts))
+        layer, first = f"linear{number + 1}", number == 0
+        pairs, grid = (columns, (parts, bones)) if first else (_diagonal(parts), (parts, parts))
+        weight = network.blocks(layer, pairs, grid)
         yield f"skeleton.layers.{number}.weight", weight.squeeze(-1).transpose(1, 2).flatten(0, 1)
         yield f"skeleton.layers.{number}.bias", network.take(f"{layer}.bias").view(parts, -1)
 

@@ -142,7 +142,12 @@ def training(
     """Our training module with their weights and statistics. hidden: of the feed-forward blocks."""
     design = replace(
         method.settings.design,
-        **{"width": width, "skeleton": width, "feedforward": hidden, "judging": judging, "dropout": 0.0},
+        root_bone=method.parts == "six",
+        width=width,
+        skeleton=width,
+        feedforward=hidden,
+        judging=judging,
+        dropout=0.0,
     )
     method.settings = replace(method.settings, design=design)
     bodies = {name: each for theirs in every.values() for name, each in theirs.bodies.items()}

@@ -93,6 +93,29 @@ def test_mixamo_networks_answer_as_the_authors(folders, real_data, name, tree):
     assert structure.statistics_row(["someone else"]) == [0]
 
 
+@pytest.mark.parametrize("tree", MIXAMO)
+@torch.inference_mode()
+def test_the_root_s_offset_is_one_more_bone(folders, real_data, tree):
+    """Codes of bones by dense layers times their masks, the root's OFFSET the first bone."""
+    for name in ("san", "pan"):
+        structure = method(name, folders(name)).structures[STRUCTURES[tree]]
+        found = arrays(real_data, f"{name}_{tree}")
+        offsets = torch.from_numpy(found["structure/offsets"])
+        offsets[:, 0] = torch.tensor([0.0, 35.0, 0.0])
+        bones, layers = offsets.roll(-1, 1), authors_files.state(found, "static_encoder")
+        values = offsets.flatten(1)
+        for layer in ("layers.0.0",) if name == "san" else ("linear1", "linear2", "linear3"):
+            weight = layers[f"{layer}.weight"] * layers[f"{layer}.mask"]
+            values = values @ weight.T + layers[f"{layer}.bias"]
+            if name == "san":
+                values = values @ layers["layers.0.1.weight"].T
+            values = torch.nn.functional.leaky_relu(values, 0.2)
+        if name == "san":
+            close(structure.codes(bones)[1], values.numpy())
+        else:
+            close(100.0 * structure.skeleton(bones).flatten(1), values.numpy())
+
+
 @pytest.mark.parametrize("species", ["human", "dog"])
 @torch.inference_mode()
 def test_networks_between_legs_answer_as_the_authors(folders, real_data, species):
@@ -121,7 +144,10 @@ def test_characters_of_the_data_set_go_through_them(folders, real_data, name):
     source = data.motion("Aj", "Catwalk Idle To Walk Forward").at(slice(40))
     for target in ("Kaya", "Mousey_m"):
         assert built.supports(source.character, cast[target]) is None
-        assert built.assigned(cast[target])[0] == cast[target].structure
+        key, body = built.assigned(cast[target])
+        assert key == cast[target].structure
+        bones = built.settings.features.bones(body, root_bone=built.root_bone)
+        np.testing.assert_allclose(bones[-1], [0.0, {"Kaya": 0.0, "Mousey_m": 35.082581}[target], 0.0])
         answer = built.retarget(source, cast[target], context=Context())
         assert np.isfinite(answer.positions).all()
 

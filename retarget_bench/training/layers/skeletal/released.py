@@ -97,13 +97,11 @@ class SavedNetwork:
         del self.tensors[name]
         return tensor
 
-    def blocks(
-        self, layer: str, pairs: Sequence[tuple[int, int]], grid: tuple[int, int], unread: int = 0
-    ) -> Tensor:
+    def blocks(self, layer: str, pairs: Sequence[tuple[int, int]], grid: tuple[int, int]) -> Tensor:
         """``(pairs, outputs, inputs, taps)``: the blocks of a layer's weight where its mask is 1.
 
-        pairs: row and column of each. grid: the number of rows and columns. unread: of the columns, the
-        first ones, in which it does not matter. Raises FileError where the mask has other blocks.
+        pairs: row and column of each. grid: the number of rows and columns. Raises FileError where the mask
+        has other blocks.
         """
         weight, mask = self.take(f"{layer}.weight"), self.take(f"{layer}.mask")
         (rows, columns), size = grid, mask.shape
@@ -111,8 +109,8 @@ class SavedNetwork:
         if fits:
             shape = rows, size[0] // rows, columns, size[1] // columns, -1
             weight, mask = weight.reshape(shape), mask.reshape(shape)
-            visible, read = _chosen(mask, pairs), mask[:, :, unread:]
-            fits = bool((visible == 1.0).all()) and visible.numel() == torch.count_nonzero(read)
+            visible = _chosen(mask, pairs)
+            fits = bool((visible == 1.0).all()) and visible.numel() == torch.count_nonzero(mask)
         if not fits:
             raise FileError(
                 self.path, f"{layer} has a mask for other joints than those of the known structures"
