@@ -165,26 +165,27 @@ class Pan(SkeletalMethod):
     @classmethod
     def authors_weights(cls, path: Path) -> AuthorsWeights | None:
         if (files := released_files.of_mixamo(path)) is not None:
-            method = cls("released")
+            method = cls("released", weights=str(path))
         elif (files := released_files.between_legs(path)) is not None:
-            method = cls("released", "three")
+            method = cls("released", "three", str(path))
         else:
             return None
 
         def read() -> Mapping[str, Tensor]:
             from .released import read
 
-            return read(files, method.parts, method.design(authors=True))
+            return read(files, method.parts, method.design)
 
         return AuthorsWeights(path, files.paths, read, released_files.NOTE, method.facts())
-
-    def design(self, authors: bool) -> Design:
-        """The sizes of the networks, of ours or of the authors' weights."""
-        return replace(self.settings.design, root_bone=authors and self.parts == "six")
 
     @property
     def root_bone(self) -> bool:
         return super().root_bone and self.parts == "six"
+
+    @property
+    def design(self) -> Design:
+        """The design of the networks that the weights are of."""
+        return replace(self.settings.design, root_bone=self.root_bone)
 
     def unfit(self, character: Character) -> str:
         if character.four_legged and self.parts == "six":
@@ -269,9 +270,8 @@ class Pan(SkeletalMethod):
 
         from .structure import rebuilt
 
-        design = self.design(authors=self._authors is not None)
         return {
-            name: rebuilt(tensors, self._part_map, name.endswith(FOUR), design)
+            name: rebuilt(tensors, self._part_map, name.endswith(FOUR), self.design)
             for name, tensors in by_structure(self.tensors).items()
         }
 
