@@ -42,12 +42,12 @@ def small(monkeypatch):
 def folders(small, real_data, tmp_path) -> Any:
     """Where the authors' files of a method lie, by its name."""
 
-    def made(name: str, prefix: str = "") -> Path:
+    def build(name: str, prefix: str = "") -> Path:
         if name == "three":
             return authors_files.between_legs(real_data, tmp_path / name)
         return authors_files.mixamo(real_data, name, tmp_path / name, prefix)
 
-    return made
+    return build
 
 
 def method(name: str, folder: Path) -> Any:
@@ -78,17 +78,17 @@ def channels(values: Tensor) -> Tensor:
 @torch.inference_mode()
 def test_mixamo_networks_answer_as_the_authors(folders, real_data, name, tree):
     structure = method(name, folders(name, "module." * (tree == "S28"))).structures[STRUCTURES[tree]]
-    found = arrays(real_data, f"{name}_{tree}")
-    rows = found["input/character_of_sample"]
-    bones = torch.from_numpy(np.roll(found["structure/offsets"][rows], -1, 1))
-    motion = by_edge(found["input/motion"])
+    oracle = arrays(real_data, f"{name}_{tree}")
+    rows = oracle["input/character_of_sample"]
+    bones = torch.from_numpy(np.roll(oracle["structure/offsets"][rows], -1, 1))
+    motion = by_edge(oracle["input/motion"])
     code = structure.code(motion, bones)
-    close(channels(code), found["output/motion_code"])
+    close(channels(code), oracle["output/motion_code"])
     answer = structure.answer(code, bones)
-    close(channels(answer)[:, :-1], found["output/decoded"])
-    names = [str(found["structure/characters"][row]) for row in rows]
+    close(channels(answer)[:, :-1], oracle["output/decoded"])
+    names = [str(oracle["structure/characters"][row]) for row in rows]
     which = torch.tensor(structure.statistics_row(names))
-    close(channels(structure.plain(motion, which))[:, :-1], found["output/motion_denormalised"])
+    close(channels(structure.plain(motion, which))[:, :-1], oracle["output/motion_denormalised"])
     np.testing.assert_allclose(structure.mean[0], structure.mean[1:].mean(0), atol=1e-5)
     assert structure.statistics_row(["someone else"]) == [0]
 
@@ -99,10 +99,10 @@ def test_the_root_s_offset_is_one_more_bone(folders, real_data, tree):
     """Codes of bones by dense layers times their masks, the root's OFFSET the first bone."""
     for name in ("san", "pan"):
         structure = method(name, folders(name)).structures[STRUCTURES[tree]]
-        found = arrays(real_data, f"{name}_{tree}")
-        offsets = torch.from_numpy(found["structure/offsets"])
+        oracle = arrays(real_data, f"{name}_{tree}")
+        offsets = torch.from_numpy(oracle["structure/offsets"])
         offsets[:, 0] = torch.tensor([0.0, 35.0, 0.0])
-        bones, layers = offsets.roll(-1, 1), authors_files.state(found, "static_encoder")
+        bones, layers = offsets.roll(-1, 1), authors_files.state(oracle, "static_encoder")
         values = offsets.flatten(1)
         for layer in ("layers.0.0",) if name == "san" else ("linear1", "linear2", "linear3"):
             weight = layers[f"{layer}.weight"] * layers[f"{layer}.mask"]
@@ -120,17 +120,17 @@ def test_the_root_s_offset_is_one_more_bone(folders, real_data, tree):
 @torch.inference_mode()
 def test_networks_between_legs_answer_as_the_authors(folders, real_data, species):
     structure = method("three", folders("three")).structures[STRUCTURES[species]]
-    found = {
+    oracle = {
         name.removeprefix(f"{species}/"): each for name, each in arrays(real_data, "pan_three").items()
     }
-    joints = torch.from_numpy(found["input/offsets"]).unflatten(1, (-1, 3))
+    joints = torch.from_numpy(oracle["input/offsets"]).unflatten(1, (-1, 3))
     bones = torch.nn.functional.pad(joints, (0, 0, 1, 1))
-    code = structure.code(by_edge(found["input/motion"]), bones)
-    close(channels(code), found["output/motion_code"])
+    code = structure.code(by_edge(oracle["input/motion"]), bones)
+    close(channels(code), oracle["output/motion_code"])
     answer = structure.answer(code, bones)
-    close(answer.flatten(2), found["output/decoded"])
-    plain = structure.plain(by_edge(found["input/motion"]), torch.zeros(2, dtype=torch.long))
-    close(plain.flatten(2), found["output/motion_denormalised"])
+    close(answer.flatten(2), oracle["output/decoded"])
+    plain = structure.plain(by_edge(oracle["input/motion"]), torch.zeros(2, dtype=torch.long))
+    close(plain.flatten(2), oracle["output/motion_denormalised"])
 
 
 # ------------------------------------------------------------------------------------ weights like others
@@ -162,8 +162,8 @@ def test_they_are_known_by_their_bytes_and_as_the_authors(folders, name):
     assert again.facts() == built.facts()
     assert again.weights_card["notes"][0].startswith("the authors' weights")
     spec = Spec(plugin, {"variant": "released", **({"parts": "three"} if name == "three" else {})})
-    known = bound.method(spec.with_parameters(weights=str(folder))).known_as
-    assert known == spec.with_parameters(weights=built.weights_label)
+    label = bound.method(spec.with_parameters(weights=str(folder))).known_as
+    assert label == spec.with_parameters(weights=built.weights_label)
     file = next(folder.rglob("s*enc*.p*"))
     torch.save({**torch.load(file), "another": torch.ones(1)}, file)
     assert method(name, folder).weights_hash != built.weights_hash
@@ -180,10 +180,10 @@ def test_they_are_known_by_their_bytes_and_as_the_authors(folders, name):
     ],
 )
 def test_they_need_the_parameters_of_the_authors(folders, spec, advice):
-    asked = Spec.parse(spec)
-    folder = folders(asked.name)
-    with pytest.raises(BenchError, match=f"write {advice} in the brackets of {asked.name}"):
-        _ = bound.method(asked.with_parameters(weights=str(folder))).known_as
+    request = Spec.parse(spec)
+    folder = folders(request.name)
+    with pytest.raises(BenchError, match=f"write {advice} in the brackets of {request.name}"):
+        _ = bound.method(request.with_parameters(weights=str(folder))).known_as
 
 
 # ------------------------------------------------------------------------------- files that are not theirs
@@ -234,27 +234,27 @@ WRONG = {
 @pytest.mark.parametrize("wrong", WRONG)
 def test_a_file_that_is_not_the_authors_is_refused_in_a_sentence(files, wrong, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    made, file = files
+    build, file = files
     torch.save(WRONG[wrong](torch.load(file)), file)
     with pytest.raises(FileError, match=f"^{file}: .* "):
-        _ = made().tensors
+        _ = build().tensors
     assert not Path("evil").exists()
 
 
 @pytest.mark.parametrize("content", [b"", b"hello world", bytes(64), None], ids=repr)
 def test_bytes_that_torch_did_not_write_are_refused(files, content):
     """None: the first half of the file."""
-    made, file = files
+    build, file = files
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2] if content is None else content)
     with pytest.raises(FileError, match=f"{file.name}: cannot be read"):
-        _ = made().tensors
+        _ = build().tensors
 
 
 def test_a_missing_file_is_named(files):
-    made, file = files
+    build, file = files
     file.unlink()
     with pytest.raises(FileError, match=f"lacks {file.name}|there is no such file"):
-        _ = made().weights_hash
+        _ = build().weights_hash
 
 
 @pytest.mark.parametrize("name", ["san", "pan", "three"])
@@ -311,6 +311,10 @@ def test_networks_of_other_trees_are_refused(folders, name):
         _ = method(name, folder).tensors
     torch.save({**content, "enc.another.weight": torch.ones(2)}, file)
     with pytest.raises(FileError, match=r"holds enc\.another\.weight"):
+        _ = method(name, folder).tensors
+    first = "enc.layers.0.0.bias" if name == "san" else "enc.parameter_part"
+    torch.save({**content, first: torch.ones(7)}, file)
+    with pytest.raises(FileError, match="has tensors of other sizes"):
         _ = method(name, folder).tensors
 
 

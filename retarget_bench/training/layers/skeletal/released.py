@@ -84,12 +84,12 @@ class SavedNetwork:
         """The key of the layout that has as many channels as the bias of the ``last`` layer.
 
         Raises FileError where none has."""
-        channels = len(self._tensor(f"{last}.bias"))
+        channels = self._tensor(f"{last}.bias").numel()
         for key, layout in layouts.items():
             if channels == 4 * (layout.edges + 1):
                 return key
-        known = ", ".join(f"{4 * (layout.edges + 1)} ({key})" for key, layout in layouts.items())
-        raise FileError(self.path, f"writes {channels} channels; those of known structures are {known}")
+        listed = ", ".join(f"{4 * (layout.edges + 1)} ({key})" for key, layout in layouts.items())
+        raise FileError(self.path, f"writes {channels} channels; those of known structures are {listed}")
 
     def take(self, name: str) -> Tensor:
         """A tensor. Raises FileError where it is missing or is not of finite real numbers."""
@@ -191,6 +191,10 @@ def completed(
     networks: Networks, tensors: Iterator[tuple[str, Tensor]], statistics: Statistics, path: Path
 ) -> Networks:
     """The networks with these parameters. path: of their file. Raises BenchError where they do not fit."""
+    try:
+        parameters = dict(tensors)
+    except (RuntimeError, IndexError) as error:  # a view of a tensor of another size
+        raise FileError(path, "has tensors of other sizes than the network of the paper's code") from error
     own = {"mean": statistics.mean, "deviation": statistics.deviation}
-    weights.fill(networks, {**dict(tensors), **own}, str(path))
+    weights.fill(networks, parameters | own, str(path))
     return networks
