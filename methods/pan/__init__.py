@@ -172,9 +172,9 @@ class Pan(SkeletalMethod):
             return None
 
         def read() -> Mapping[str, Tensor]:
-            from .released import read
+            from . import released
 
-            return read(files, method.parts, method.design)
+            return released.read(files, method.parts, method.design)
 
         return AuthorsWeights(path, files.paths, read, released_files.NOTE, method.facts())
 

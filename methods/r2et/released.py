@@ -22,6 +22,7 @@ STATISTICS = {
 }
 PLACES = (".", "stats", "../datasets/mixamo/stats")
 """Where they are looked for, from the folder of the ``.pt`` file; the last is the repository's."""
+NOTE = "Weights of the authors, trained on Mixamo; what of it they have seen is not told."
 _PREFIX, _UNUSED = "module.", "delta_dec.pos_encoder.pe"
 _ENCODER = {
     "token_linear": "enter",
@@ -37,9 +38,6 @@ _MODULES = {
     "delta_dec.embed_linear": "join",
     "delta_dec.delta_linear": "change",
 }
-
-
-NOTE = "Weights of the authors, trained on Mixamo; what of it they have seen is not told."
 
 
 def at(path: Path) -> AuthorsWeights | None:

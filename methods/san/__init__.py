@@ -154,9 +154,9 @@ class San(SkeletalMethod):
             return None
 
         def read() -> Mapping[str, Tensor]:
-            from .released import read
+            from . import released
 
-            return read(files)
+            return released.read(files)
 
         return AuthorsWeights(path, files.paths, read, released_files.NOTE, cls("released").facts())
 

@@ -168,7 +168,7 @@ class LearnedMethod:
         for name in list(self.__dict__):
             if isinstance(inspect.getattr_static(type(self), name, None), cached_property):
                 del self.__dict__[name]
-        self.__dict__.update(tensors=tensors, _at=None, _card=None)
+        self.__dict__.update(tensors=tensors, _authors=None, _at=None, _card=None)
         return self
 
     @property
