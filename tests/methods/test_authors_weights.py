@@ -152,6 +152,17 @@ def test_characters_of_the_data_set_go_through_them(folders, real_data, name):
         assert np.isfinite(answer.positions).all()
 
 
+def test_people_and_dogs_of_the_data_set_go_through_their_own_networks(folders, real_data):
+    if not (real_data / "lafan1").is_dir() or not (real_data / "dog").is_dir():
+        pytest.skip("no files of LAFAN1 and MANN")
+    cast = bound.dataset(Spec("lafan_dog", {"root": str(real_data)})).built.characters()
+    build = method("three", folders("three"))
+    assert {build.assigned(each)[0] for each in cast.values()} == {"lafan22", "mann21_four_legged"}
+    for each in cast.values():
+        assert build.assignment(each).note == ""
+        assert build.supports(each, cast["dog"]) is None
+
+
 @pytest.mark.parametrize("name", ["san", "pan", "three"])
 def test_they_are_known_by_their_bytes_and_as_the_authors(folders, name):
     folder = folders(name)
