@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from retarget_bench.api import Context, Method, MethodCard, Prediction
@@ -13,15 +14,17 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.ablation import Ablation
+from retarget_bench.training.authors import AuthorsWeights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
+from retarget_bench.training.layers.skeletal import released_files
 from retarget_bench.training.layers.skeletal.body import FOUR, LayoutBody, tree_of
 from retarget_bench.training.layers.skeletal.features import unfit
 from retarget_bench.training.layers.skeletal.method import SkeletalMethod
 
 from .assignment import Assignment, assign, in_layout
 from .parts import layout_of, parts_of
-from .settings import BETWEEN_LEGS, DIFFERS, PARAMETERS, SETTINGS, Overrides, Settings, Variant
+from .settings import BETWEEN_LEGS, DIFFERS, PARAMETERS, SETTINGS, Design, Overrides, Settings, Variant
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -81,7 +84,8 @@ class Pan(SkeletalMethod):
         encoded); or a TOML file of part = [body parts].
     yaw: ``source`` faces where the source faces, ``predicted`` sums up the decoder's turns.
     tips: ends of chains, which no edge turns: ``copied`` relative to their parents, or ``rest``.
-    weights: with ``parts=three``, ``puppets`` means ``puppets_three``.
+    weights: with ``parts=three``, ``puppets`` means ``puppets_three``. With ``variant=released`` also the
+        authors' folders ``pretrained_mixamo`` and ``pretrained_lafan1dog``, see docs/methods.md.
 
     A body of another structure goes through the known one that shares most roles with it; joints that it
     lacks are bones of no length (section 6.2.3).
@@ -157,6 +161,31 @@ class Pan(SkeletalMethod):
     @property
     def usual_weights(self) -> str:
         return BETWEEN if self.parts == "three" else OWN
+
+    @classmethod
+    def authors_weights(cls, path: Path) -> AuthorsWeights | None:
+        if (files := released_files.of_mixamo(path)) is not None:
+            method = cls("released", weights=str(path))
+        elif (files := released_files.between_legs(path)) is not None:
+            method = cls("released", "three", str(path))
+        else:
+            return None
+
+        def read() -> Mapping[str, Tensor]:
+            from . import released
+
+            return released.read(files, method.parts, method.design)
+
+        return AuthorsWeights(path, files.paths, read, released_files.NOTE, method.facts())
+
+    @property
+    def root_bone(self) -> bool:
+        return super().root_bone and self.parts == "six"
+
+    @property
+    def design(self) -> Design:
+        """The design of the networks that the weights are of."""
+        return replace(self.settings.design, root_bone=self.root_bone)
 
     def unfit(self, character: Character) -> str:
         if character.four_legged and self.parts == "six":
@@ -242,7 +271,7 @@ class Pan(SkeletalMethod):
         from .structure import rebuilt
 
         return {
-            name: rebuilt(tensors, self._part_map, name.endswith(FOUR), self.settings.design)
+            name: rebuilt(tensors, self._part_map, name.endswith(FOUR), self.design)
             for name, tensors in by_structure(self.tensors).items()
         }
 

@@ -70,7 +70,7 @@ PARAMETERS = {
     "adversarial": "weight of eq. 12; negative: as the variant",
     "velocity": "weight of eq. 20; negative: as the variant",
     "tips": "ends of chains: copied or rest",
-    "weights": "name of shipped weights, or a path to others",
+    "weights": "name of shipped weights, or a path to others, also to the authors' folder",
 }
 """A line on each parameter, for the method's card."""
 
@@ -127,6 +127,8 @@ class Design:
     skeleton:    hidden width per part of the MLP on bones (eq. 7). skeleton_bent: its last layer is
                  rectified too. skeleton_share: what its code is multiplied by before it is added.
     bone_mask:   ``released`` reads other bones than a part's, as the code does by mistake (``seen_bones``).
+    root_bone:   of ``released``: the bone of the root is read too, by the part of the first edge. It is
+                 zero but with the authors' weights, so ours have no weights for it.
     decoder:     ``full`` reads all parts for every edge (eq. 8); ``parts``: those that the edge is of.
     padded:      the root has three channels, and the fourth stays zero: set where ``root=position``.
     conv_mask:   ``released`` shifts the parts of all convolutions by one edge, as the code does by mistake.
@@ -153,6 +155,7 @@ class Design:
     skeleton_bent: bool = False
     skeleton_share: float = 1.0
     bone_mask: Mask = "paper"
+    root_bone: bool = False
     decoder: DecoderKind = "full"
     padded: bool = False
     conv_mask: Mask = "paper"

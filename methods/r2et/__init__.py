@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from torch import Tensor
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported
@@ -15,6 +14,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training import weights
+from retarget_bench.training.authors import AuthorsWeights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
@@ -96,6 +96,10 @@ class R2ET(LearnedMethod):
     def facts(self) -> Mapping[str, Scalar]:
         return {"facing": self.facing, "dropout": self.dropout}
 
+    @classmethod
+    def authors_weights(cls, path: Path) -> AuthorsWeights | None:
+        return released.at(path)
+
     def unfit(self, character: Character) -> str:
         return features.unfit(character)
 
@@ -127,33 +131,6 @@ class R2ET(LearnedMethod):
         network = SkeletonAwareNetwork()
         weights.fill(network, self.tensors, f"{self._at or 'weights'}")
         return network.eval()
-
-    # ----------------------------------------------------------------------------- the authors' weights
-    @property
-    def _authors(self) -> Path | None:
-        """The authors' file, where weights lead to one."""
-        path = Path(self.weights).expanduser()
-        return path if path.suffix == ".pt" else None
-
-    @cached_property
-    def _at(self) -> Path | None:
-        return self._authors or super()._at
-
-    @cached_property
-    def _card(self) -> Mapping[str, Any] | None:
-        if self._authors is None:
-            return super()._card
-        return {
-            "method": self.card.name,
-            "version": self.card.version,
-            "facts": self.facts(),
-            "hash": released.digest(self._authors),
-            "notes": ["Weights of the authors, trained on Mixamo; what of it they have seen is not told."],
-        }
-
-    @cached_property
-    def tensors(self) -> Mapping[str, Tensor]:
-        return released.read(self._authors) if self._authors else super().tensors
 
 
 plugin = R2ET

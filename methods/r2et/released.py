@@ -4,17 +4,15 @@ https://github.com/Kebii/R2ET keeps them as ``pretrain/skeleton_aware_pre.pt`` a
 ``datasets/mixamo/stats/mixamo_*.npy``.
 """
 
-import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import torch
 from torch import Tensor
 
 from retarget_bench.errors import FileError
 from retarget_bench.training import torch_files
+from retarget_bench.training.authors import AuthorsWeights
 
 STATISTICS = {
     "positions_mean": "mixamo_local_motion_mean.npy",
@@ -24,6 +22,7 @@ STATISTICS = {
 }
 PLACES = (".", "stats", "../datasets/mixamo/stats")
 """Where they are looked for, from the folder of the ``.pt`` file; the last is the repository's."""
+NOTE = "Weights of the authors, trained on Mixamo; what of it they have seen is not told."
 _PREFIX, _UNUSED = "module.", "delta_dec.pos_encoder.pe"
 _ENCODER = {
     "token_linear": "enter",
@@ -41,27 +40,24 @@ _MODULES = {
 }
 
 
-def digest(path: Path) -> str:
-    """Sixteen hex digits of the bytes of all files. Raises FileError where one is missing."""
-    total = hashlib.sha256()
-    for file in (path, *_statistics(path).values()):
-        data = file.read_bytes()
-        total.update(f"{len(data)}\n".encode() + data)
-    return total.hexdigest()[:16]
+def at(path: Path) -> AuthorsWeights | None:
+    """The weights of a ``.pt`` file and the statistics near it; None for a path of another suffix.
+
+    Raises FileError where a file is missing."""
+    if path.suffix != ".pt":
+        return None
+    statistics = _statistics(path)
+    return AuthorsWeights(path, (path, *statistics.values()), lambda: read(path, statistics), NOTE)
 
 
-def read(path: Path) -> dict[str, Tensor]:
-    """The tensors of ``SkeletonAwareNetwork``. Nothing in the files is run.
+def read(path: Path, statistics: Mapping[str, Path]) -> dict[str, Tensor]:
+    """The tensors of ``SkeletonAwareNetwork``. statistics: their names -> files.
 
-    Raises FileError where a file is missing or is not what it should be.
+    Raises FileError where a file is not what it should be.
     """
     tensors = renamed(torch_files.read(path), path)
-    for name, file in _statistics(path).items():
-        try:
-            values = np.load(file, allow_pickle=False).reshape(-1).astype(np.float32)
-        except (OSError, ValueError) as error:
-            raise FileError(file, f"is no array of R2ET's statistics ({error})") from error
-        tensors[f"scale.{name}"] = torch_files.real(torch.from_numpy(values), "the array", file)
+    for name, file in statistics.items():
+        tensors[f"scale.{name}"] = torch_files.array(file)
     still = tensors["scale.positions_deviation"] == 0
     tensors["scale.positions_deviation"][still] = 1.0
     return tensors

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
@@ -17,15 +17,16 @@ from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training import weights as bundles
+from retarget_bench.training.authors import AuthorsWeights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
+from . import released
 from .bodies import body, unfit
 from .features import see
 from .inference import retargeted
 from .network import Autoencoder
-from .released import Released
 from .training import SameTraining
 
 if TYPE_CHECKING:
@@ -75,6 +76,10 @@ class Same(LearnedMethod):
             },
         )
 
+    @classmethod
+    def authors_weights(cls, path: Path) -> AuthorsWeights | None:
+        return released.at(path)
+
     # -------------------------------------------------------------------------------------- training
     def unfit(self, character: Character) -> str:
         return unfit(character)
@@ -102,30 +107,6 @@ class Same(LearnedMethod):
         network = Autoencoder()
         bundles.fill(network, self.tensors, f"{self._at or 'weights'}")
         return network.eval()
-
-    # --------------------------------------------------------------------------- the authors' weights
-    @cached_property
-    def _released(self) -> Released | None:
-        return Released.at(Path(self.weights).expanduser())
-
-    @cached_property
-    def _at(self) -> Path | None:
-        return self._released.folder if self._released else super()._at
-
-    @cached_property
-    def _card(self) -> Mapping[str, Any] | None:
-        return super()._card if self._released is None else self.card_of(self.weights)
-
-    @classmethod
-    def card_of(cls, weights: str) -> Mapping[str, Any]:
-        if (released := Released.at(Path(weights).expanduser())) is None:
-            return super().card_of(weights)
-        note = "the authors' weights, under CC BY-NC 4.0"
-        return {"method": "same", "version": VERSION, "facts": {}, "hash": released.hash, "notes": [note]}
-
-    @cached_property
-    def tensors(self) -> Mapping[str, Tensor]:
-        return super().tensors if self._released is None else self._released.tensors()
 
 
 _DEFAULT = TrainingConfig(

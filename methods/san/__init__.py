@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict
 from functools import cached_property, lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from retarget_bench.api import Method, MethodCard
 from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training.authors import AuthorsWeights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
+from retarget_bench.training.layers.skeletal import released_files
 from retarget_bench.training.layers.skeletal.body import FOUR, LayoutBody, structure_key, tree_of
 from retarget_bench.training.layers.skeletal.features import unfit
 from retarget_bench.training.layers.skeletal.method import SkeletalMethod
@@ -55,6 +58,7 @@ class San(SkeletalMethod):
     structures: what is trained on: ``two_legged``, ``all``, or names of structures joined by ``+``. Weights
         know the structures that they were trained on, with any bodies of these.
     tips: ends of chains, which no edge turns: ``copied`` relative to their parents, or ``rest``.
+    weights: with ``variant=released`` also the authors' folder ``pretrained``, see docs/methods.md.
     """
 
     presets: Mapping[str, TrainingConfig] = {
@@ -143,6 +147,18 @@ class San(SkeletalMethod):
             return San(**{**self.facts(), **same}, target_stats=self.target_stats).using(tensors)
 
         return SanTraining(training_data, config, self.bodies(training_data), self.settings, trained)
+
+    @classmethod
+    def authors_weights(cls, path: Path) -> AuthorsWeights | None:
+        if (files := released_files.of_mixamo(path)) is None:
+            return None
+
+        def read() -> Mapping[str, Tensor]:
+            from . import released
+
+            return released.read(files)
+
+        return AuthorsWeights(path, files.paths, read, released_files.NOTE, cls("released").facts())
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:

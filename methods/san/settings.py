@@ -61,7 +61,7 @@ PARAMETERS = {
     "adversarial": "weight of the adversarial loss; negative: as the variant",
     "structures": "trained on: two_legged, all, or names joined by +",
     "tips": "ends of chains: copied or rest",
-    "weights": "name of shipped weights, or a path to others",
+    "weights": "name of shipped weights, or a path to others, also to the authors' folder",
 }
 """A line on each parameter, for the method's card."""
 

@@ -20,6 +20,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Scalar, Spec
 from retarget_bench.training import weights as bundles
+from retarget_bench.training.authors import AuthorsWeights
 from retarget_bench.training.tensor_files import verify
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def of_weights(name: str, weights: str, **others: Scalar) -> Any:
 
 class LearnedMethod:
     """weights: the name of weights in the folder ``weights`` beside the method's module, or a path: of a
-    card, of a file of tensors, or of a folder that ``bench train`` wrote."""
+    card, of a file of tensors, of a folder that ``bench train`` wrote, or to ``authors_weights``."""
 
     card: MethodCard
 
@@ -51,6 +52,13 @@ class LearnedMethod:
     def facts(self) -> Mapping[str, Scalar]:
         """The parameters that weights depend on: another value needs other weights."""
         return {}
+
+    @classmethod
+    def authors_weights(cls, path: Path) -> AuthorsWeights | None:  # noqa: ARG003
+        """The files of the paper's authors at a path; None where there are none.
+
+        Raises FileError where some of them are missing."""
+        return None
 
     # -------------------------------------------------------------------------------- what is known
     @property
@@ -71,15 +79,17 @@ class LearnedMethod:
         """
         if not self._card:
             return ""
-        if self._at is not None and self._at.suffix == ".json":  # files of others have their bytes as hash
+        if self._at is not None and self._authors is None:  # whose hash is of their bytes
             verify(self._at, self._card)
         return str(self._card["hash"])
 
     @property
     def weights_label(self) -> str:
-        """The name of shipped weights; ``local-`` and the head of their hash elsewhere."""
-        local = self._card is not None and self._at not in self.shipped().values()
-        return f"local-{self.weights_hash[:8]}" if local else self.weights
+        """The name of shipped weights; else ``local-``, or ``authors-`` where they are those of the
+        paper's authors, and the head of their hash."""
+        if self._card is None or self._at in self.shipped().values():
+            return self.weights
+        return f"{'authors' if self._authors else 'local'}-{self.weights_hash[:8]}"
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
@@ -126,6 +136,8 @@ class LearnedMethod:
     @classmethod
     def card_of(cls, weights: str) -> Mapping[str, Any]:
         """The card of shipped weights, or of those at a path. Raises FileError."""
+        if authors := cls.authors_weights(Path(weights).expanduser()):
+            return authors.card(cls(weights=weights).card)
         return bundles.read_card(cls.shipped().get(weights) or bundles.locate(weights))
 
     def warm_up(self) -> None:
@@ -144,6 +156,8 @@ class LearnedMethod:
         """The weights, read and verified. Raises BenchError where there are none or they do not fit."""
         if self._at is None:
             raise BenchError(self.untrained)
+        if self._authors is not None:
+            return self._authors.read()
         return bundles.read(self._at, **self._wanted).tensors
 
     def using(self, tensors: Mapping[str, Tensor]) -> Self:
@@ -154,7 +168,7 @@ class LearnedMethod:
         for name in list(self.__dict__):
             if isinstance(inspect.getattr_static(type(self), name, None), cached_property):
                 del self.__dict__[name]
-        self.__dict__.update(tensors=tensors, _at=None, _card=None)
+        self.__dict__.update(tensors=tensors, _authors=None, _at=None, _card=None)
         return self
 
     @property
@@ -162,8 +176,18 @@ class LearnedMethod:
         return {"method": self.card.name, "version": self.card.version, "facts": self.facts()}
 
     @cached_property
+    def _authors(self) -> AuthorsWeights | None:
+        """The authors' weights where there are some at the path; they fit the parameters."""
+        authors = self.authors_weights(Path(self.weights).expanduser())
+        if authors is not None:
+            authors.check(self.card.name, self.facts())
+        return authors
+
+    @cached_property
     def _at(self) -> Path | None:
-        """The card; None where there is none under the default name."""
+        """The card, or the authors' files; None where there is none under the default name."""
+        if self._authors is not None:
+            return self._authors.path
         shipped = self.shipped()
         if self.weights in shipped:
             return shipped[self.weights]
@@ -182,6 +206,8 @@ class LearnedMethod:
     def _card(self) -> Mapping[str, Any] | None:
         if self._at is None:
             return None
+        if self._authors is not None:
+            return self._authors.card(self.card)
         card = bundles.read_card(self._at)
         bundles.check(self._at, card, **self._wanted)
         return card

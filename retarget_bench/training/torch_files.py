@@ -1,9 +1,11 @@
-"""Tensors that other programs saved with torch. Nothing in their files is run."""
+"""Tensors that other programs saved with torch or numpy. Nothing in their files is run."""
 
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -36,3 +38,17 @@ def real(value: object, name: str, path: Path) -> Tensor:
     if not torch.isfinite(tensor).all():
         raise FileError(path, f"{name} has numbers that are not finite")
     return tensor
+
+
+def array(path: Path, name: str = "") -> Tensor:
+    """The numbers of a ``.npy`` file, or of an array in a ``.npz``, in one row, in single precision.
+
+    Raises FileError where it cannot be read or holds other than finite numbers."""
+    try:
+        content = np.load(path, allow_pickle=False)
+        values = (content[name] if name else content).reshape(-1).astype(np.float32)
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror or error})") from error
+    except (ValueError, EOFError, KeyError, AttributeError, BadZipFile) as error:
+        raise FileError(path, "holds no array of real numbers as numpy saves it") from error
+    return real(torch.from_numpy(values), name or "the array", path)

@@ -1,7 +1,6 @@
 """PAN's networks with the weights that its authors' code had, and what that code saw, in our order.
 
-Their networks have dense weights and a mask beside each; ``pan_reference`` tells which of these numbers is
-which of ours, and its masks have to be theirs.
+The method's own reader of their files tells which of their numbers is which of ours.
 """
 
 from __future__ import annotations
@@ -11,37 +10,23 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
+import authors_files
 import numpy as np
 import pan_material
 import torch
 from method_bodies import body
-from pan_reference import Masked, PlainDecoder, PlainEncoder, PlainSkeletonEncoder
 from torch import Tensor
 
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.structure import Structure
+from retarget_bench.methods.pan.released import parameters
 from retarget_bench.methods.pan.training import PanTraining
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.layers.skeletal.released import SavedNetwork
 
 Arrays = Mapping[str, np.ndarray]
-NETWORKS = {
-    "encoder": {
-        "tokens": "parameter_part",
-        "embedding.0": "joint_pos_encoder.linear1",
-        "embedding.1": "joint_pos_encoder.linear2",
-        "layers": "spatialTransEncoder.layers",
-        "first": "conv1",
-        "second": "conv2",
-        "raw": "conv_residual",
-    },
-    "decoder": {"inner": "layers.0.1", "outer": "layers.1.1"},
-    "skeleton": {f"layers.{n}": f"linear{n + 1}" for n in range(3)},
-}
-"""Names of modules of the plain networks, and of theirs."""
-PLAIN = {"encoder": PlainEncoder, "decoder": PlainDecoder, "skeleton": PlainSkeletonEncoder}
 
 
 @cache
@@ -63,18 +48,15 @@ def tensor(array: np.ndarray) -> Tensor:
 class Theirs:
     """One structure of theirs.
 
-    state, masks: by network (of ``NETWORKS``, and ``discriminator``). bodies: the characters, by name.
-    rows: the row of our bones for each joint of theirs that the skeleton encoder reads. points: which
-    position of theirs each of ours is. motion: ``(rows, frames, edges + 1, 4)`` normalised. bones:
-    ``(bodies, edges + 1 + end sites, 3)`` cm. heights: ``(bodies,)`` cm, or 1. mean, deviation:
+    networks: their names of the auto-encoder and the encoder of skeletons. bodies: the characters, by name.
+    points: which position of theirs each of ours is. motion: ``(rows, frames, edges + 1, 4)`` normalised.
+    bones: ``(bodies, edges + 1 + end sites, 3)`` cm. heights: ``(bodies,)`` cm, or 1. mean, deviation:
     ``(statistics, edges + 1, 4)``.
     """
 
     arrays: Arrays
-    state: Mapping[str, Arrays]
-    masks: Mapping[str, Arrays]
+    networks: tuple[str, str]
     bodies: Mapping[str, Character]
-    rows: Sequence[int]
     points: Sequence[int]
     motion: Tensor
     bones: Tensor
@@ -85,8 +67,6 @@ class Theirs:
 
 def people(found: Arrays, structure: str) -> Theirs:
     """Of the files of Mixamo's structures."""
-    kinds = {"decoder": "auto_encoder/dec.", "encoder": "auto_encoder/enc.", "skeleton": "static_encoder/"}
-    kinds["discriminator"] = "discriminator/"
     parents, offsets = found["structure/parents"].tolist(), found["structure/offsets"]
     names, joints = found["structure/names"].tolist(), len(parents)
     bodies = {
@@ -96,10 +76,8 @@ def people(found: Arrays, structure: str) -> Theirs:
     spread = found["norm/var"][..., 0]
     return Theirs(
         arrays=found,
-        state={name: below(found, f"state/{prefix}") for name, prefix in kinds.items()},
-        masks={name: below(found, f"mask/{prefix}") for name, prefix in kinds.items()},
+        networks=("auto_encoder", "static_encoder"),
         bodies=bodies,
-        rows=[(joint - 1) % joints for joint in range(joints)],
         points=range(joints),
         motion=_edges(tensor(found["input/motion"])),
         bones=torch.cat([tensor(offsets[:, 1:]), torch.zeros(2, 1, 3)], 1),
@@ -131,8 +109,6 @@ def _as_filed(names: Sequence[str], parents: Sequence[int], offsets: np.ndarray)
 def legs(found: Arrays, structure: str) -> Theirs:
     """``human`` or ``dog`` of the file of three parts."""
     mine = below(found, f"{structure}/")
-    kinds = {"decoder": "ae/dec.", "encoder": "ae/enc.", "skeleton": "skel_enc/"}
-    kinds["discriminator"] = "discriminator/"
     names, parents = mine["structure/names"].tolist(), mine["structure/parents"]
     every, joints = mine["structure/parents_with_ends"].tolist(), mine["structure/not_end"].tolist()
     last = sorted((joints.index(every[k]), k) for k in range(len(every)) if k not in joints)
@@ -148,10 +124,8 @@ def legs(found: Arrays, structure: str) -> Theirs:
     bones.append(ends[:, [k - 1 for _, k in last]])
     return Theirs(
         arrays=mine,
-        state={name: below(mine, f"state/{prefix}") for name, prefix in kinds.items()},
-        masks={name: below(mine, f"mask/{prefix}") for name, prefix in kinds.items()},
+        networks=("ae", "skel_enc"),
         bodies={structure: Character.of(structure, skeleton, structure=structure)},
-        rows=range(1, len(names)),
         points=[*joints, *(k for _, k in last)],
         motion=tensor(mine["input/motion"]).transpose(1, 2).unflatten(2, (-1, 4)),
         bones=torch.cat(bones, 1),
@@ -168,7 +142,12 @@ def training(
     """Our training module with their weights and statistics. hidden: of the feed-forward blocks."""
     design = replace(
         method.settings.design,
-        **{"width": width, "skeleton": width, "feedforward": hidden, "judging": judging, "dropout": 0.0},
+        root_bone=method.parts == "six",
+        width=width,
+        skeleton=width,
+        feedforward=hidden,
+        judging=judging,
+        dropout=0.0,
     )
     method.settings = replace(method.settings, design=design)
     bodies = {name: each for theirs in every.values() for name, each in theirs.bodies.items()}
@@ -193,59 +172,33 @@ def _key(module: PanTraining, name: str) -> str:
     return next(each for each in module._names if each.startswith(name))
 
 
+class Recorded(SavedNetwork):
+    """A network that tells the name of the last tensor that was taken."""
+
+    name = ""
+
+    def take(self, name: str) -> Tensor:
+        if not name.endswith(".mask"):
+            self.name = name
+        return super().take(name)
+
+
 def take_over(module: PanTraining, name: str, theirs: Theirs) -> dict[str, Tensor]:
     """Our structure and discriminator get their weights; our parameters by the names of theirs."""
     key = _key(module, name)
     structure, found = module._structures[key], {}
-    for network, names in NETWORKS.items():
-        taken = _network(structure, network, module._settings.design, theirs)
-        prefixed = {_translated(plain, names): own for plain, own in taken.items()}
-        found |= {f"{network}/{each}": own for each, own in prefixed.items()}
+    networks = [
+        Recorded(Path(network), authors_files.state(theirs.arrays, network)) for network in theirs.networks
+    ]
+    for own, values in parameters(structure, module._settings.design, *networks):
+        parameter = structure.get_parameter(own)
+        parameter.data.copy_(values)
+        network = networks[own.startswith("skeleton.")]
+        found[f"{network.path}/{network.name}"] = parameter
     channels = [3 * point + axis for point in theirs.points for axis in range(3)]
     for plain, own in module._discriminators.discriminators[key].named_parameters():
-        their = plain.replace(".weight", ".0.weight").replace(".bias", ".0.bias")
-        values = tensor(theirs.state["discriminator"][their])
+        their = f"discriminator/{plain}".replace(".weight", ".0.weight").replace(".bias", ".0.bias")
+        values = tensor(theirs.arrays[f"state/{their}"])
         own.data.copy_(values[:, channels] if plain == "layers.0.weight" else values)
-        found[f"discriminator/{their}"] = own
+        found[their] = own
     return found
-
-
-def _translated(plain: str, names: Mapping[str, str]) -> str:
-    module = next(each for each in names if plain == each or plain.startswith(f"{each}."))
-    return names[module] + plain.removeprefix(module)
-
-
-def _network(structure: Structure, network: str, design: object, theirs: Theirs) -> dict[str, Tensor]:
-    """Our parameters, with their weights, by their names in the plain network."""
-    plain = PLAIN[network](getattr(structure, network), structure.layout, design)
-    state, masks = theirs.state[network], theirs.masks[network]
-    pairs = {id(each): (own, write) for each, own, write in plain.pairs}
-    layers = {id(each.weight): each for each in plain.modules() if isinstance(each, Masked)}
-    found: dict[str, Tensor] = {}
-    for name, dense in plain.named_parameters():
-        own, write = pairs[id(dense)]
-        their = _translated(name, NETWORKS[network])
-        values = tensor(state[their])
-        if id(dense) in layers:
-            mask = tensor(masks[their.removesuffix(".weight")])
-            known = layers[id(dense)].mask.expand_as(dense).clone()
-            if (network, name) == ("skeleton", "layers.0.weight"):
-                values, mask, known = _by_row(theirs.rows, values, mask, known)
-            assert torch.equal(known, mask), f"{network} {name} has another mask"
-        index = write(torch.arange(1.0, own.numel() + 1.0).view(own.shape)).long()
-        values = values.view(index.shape)
-        own.data.view(-1)[index[index > 0] - 1] = values[index > 0]
-        found[name] = own
-    used = {_translated(name, NETWORKS[network]) for name in found}
-    assert used == {each for each in state if not each.endswith(".pe")}
-    return found
-
-
-def _by_row(
-    rows: Sequence[int], values: Tensor, mask: Tensor, known: Tensor
-) -> tuple[Tensor, Tensor, Tensor]:
-    """The first layer on bones in our order. What ours has on bones of no length, theirs need not have."""
-    columns = [3 * row + axis for row in rows for axis in range(3)]
-    ordered, masked, ours = (torch.zeros_like(known) for _ in range(3))
-    ordered[:, columns], masked[:, columns], ours[:, columns] = values, mask, known[:, columns]
-    return ordered, masked, ours

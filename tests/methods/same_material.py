@@ -16,7 +16,7 @@ from training_material import training_data
 from retarget_bench.methods.same import Same
 from retarget_bench.methods.same.graph import Nodes
 from retarget_bench.methods.same.network import Autoencoder
-from retarget_bench.methods.same.released import MODEL, STATISTICS, Released
+from retarget_bench.methods.same.released import MODEL, STATISTICS, at
 from retarget_bench.methods.same.training import SameTraining
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.importer import load
@@ -70,7 +70,9 @@ def write_released(arrays: Oracle, folder: Path) -> Path:
 
 def released(arrays: Oracle, folder: Path) -> Autoencoder:
     network = Autoencoder()
-    network.load_state_dict(dict(Released(write_released(arrays, folder)).tensors()))
+    found = at(write_released(arrays, folder))
+    assert found is not None
+    network.load_state_dict(dict(found.read()))
     return network.eval()
 
 

@@ -36,13 +36,6 @@ def dense(pairs: Sequence[tuple[int, int]], blocks: Tensor) -> Tensor:
     return found.reshape(slots * outputs, slots * inputs, taps)
 
 
-def blocks(pairs: Sequence[tuple[int, int]], weight: Tensor, like: Tensor) -> Tensor:
-    """The inverse of ``dense``; like: of the shape that is wanted."""
-    _, outputs, inputs, taps = like.shape
-    apart = weight.reshape(-1, outputs, weight.shape[1] // inputs, inputs, taps)
-    return torch.stack([apart[slot, :, other] for slot, other in pairs])
-
-
 class Masked(nn.Module):
     """A dense layer times its mask."""
 

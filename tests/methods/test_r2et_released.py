@@ -196,7 +196,7 @@ def test_their_file_is_weights_like_others(file):
     method = R2ET(weights=str(file))
     assert method.untrained == ""
     assert set(method.tensors) == set(SkeletonAwareNetwork().state_dict())
-    assert method.weights_label == f"local-{method.weights_hash[:8]}"
+    assert method.weights_label == f"authors-{method.weights_hash[:8]}"
     assert method.training_manifest is None
     assert (
         method._network(torch.zeros(2, 22, 4), *method._network.bones(torch.ones(2, 22, 3)))
@@ -238,40 +238,6 @@ def test_a_constant_of_their_positions_has_deviation_one(file):
     assert R2ET(weights=str(file)).tensors["scale.positions_deviation"][:3].tolist() == [1.0, 1.0, 1.0]
 
 
-class Evil:
-    """Runs when it is unpickled in full."""
-
-    def __reduce__(self):
-        return (Path.touch, (Path("evil"),))
-
-
-@pytest.mark.parametrize(
-    "content", ["text", "words", "nothing", "zeros", "evil", "list", "numbers", "half"]
-)
-def test_a_file_that_is_not_theirs_is_refused_in_a_sentence(file, content, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    if content == "evil":
-        torch.save({"module.x": Evil()}, file)
-    elif content == "list":
-        torch.save([torch.ones(2)], file)
-    elif content == "numbers":
-        torch.save({1: torch.ones(2)}, file)
-    else:
-        whole = file.read_bytes()
-        file.write_bytes(
-            {
-                "text": b"weights",
-                "words": b"hello world",
-                "nothing": b"",
-                "zeros": bytes(64),
-                "half": whole[:1000],
-            }[content]
-        )
-    with pytest.raises(FileError, match=r"skeleton_aware_pre\.pt: (cannot be read|holds something)"):
-        _ = R2ET(weights=str(file)).tensors
-    assert not Path("evil").exists()
-
-
 def test_weights_of_another_network_are_refused(file):
     torch.save({"module.seq.h0.weight": torch.ones(16, 3, 4)}, file)
     with pytest.raises(FileError, match=r"holds module\.seq\.h0\.weight, so it is not R2ET's"):
@@ -279,22 +245,6 @@ def test_weights_of_another_network_are_refused(file):
     torch.save({**their_names(), "module.delta_dec.delta_linear.bias": torch.ones(3)}, file)
     with pytest.raises(BenchError, match=r"change\.bias has shape"):
         _ = R2ET(weights=str(file))._network
-
-
-@pytest.mark.parametrize(
-    ("value", "said"),
-    [
-        (torch.full((4,), torch.nan), "not finite"),
-        (torch.ones(4, dtype=torch.complex64), "real numbers"),
-        (torch.ones(4).to_sparse(), "real numbers"),
-        ("text", "real numbers"),
-    ],
-    ids=["nan", "complex", "sparse", "text"],
-)
-def test_numbers_that_nothing_can_be_computed_with_are_refused(file, value, said):
-    torch.save({**their_names(), "module.delta_dec.delta_linear.bias": value}, file)
-    with pytest.raises(FileError, match=rf"skeleton_aware_pre\.pt: .*delta_linear\.bias .*{said}"):
-        _ = R2ET(weights=str(file)).tensors
 
 
 @pytest.mark.parametrize("number", [np.nan, np.inf])
@@ -316,7 +266,7 @@ def test_missing_files_are_named(file):
 def test_statistics_that_are_no_array_are_refused(file):
     values = file.parent.parent / STATS / "mixamo_quat_mean.npy"
     values.write_bytes(b"no array")
-    with pytest.raises(FileError, match="is no array of R2ET's statistics"):
+    with pytest.raises(FileError, match="holds no array of real numbers"):
         _ = R2ET(weights=str(file)).tensors
 
 

@@ -12,7 +12,7 @@ from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.methods.same import Same
 from retarget_bench.methods.same.inference import retargeted
-from retarget_bench.methods.same.released import MODEL, STATISTICS, Released
+from retarget_bench.methods.same.released import MODEL, STATISTICS
 from retarget_bench.motion import facing, rotation
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
@@ -46,7 +46,7 @@ def test_released_files_are_read_and_known_by_what_they_hold(real_data, tmp_path
     folder = same_material.write_released(arrays, tmp_path)
     method = Same(weights=str(folder))
     assert method.supports(BODIES["plain"], BODIES["small"]) is None
-    assert method.weights_label == f"local-{method.weights_hash[:8]}"
+    assert method.weights_label == f"authors-{method.weights_hash[:8]}"
     assert Same.card_of(str(folder))["hash"] == method.weights_hash
     assert Same(weights=str(folder / MODEL)).weights_hash == method.weights_hash  # a file for its folder
     answer = method.retarget(dance(BODIES["plain"]), BODIES["small"], context=Context())
@@ -59,7 +59,7 @@ def test_released_files_are_read_and_known_by_what_they_hold(real_data, tmp_path
 def test_files_that_are_not_the_authors_are_refused_in_a_sentence(tmp_path) -> None:
     statistics = {f"{part}_{kind}": torch.ones(6) for part in ("lo", "go") for kind in "ms"}
     torch.save(statistics, tmp_path / STATISTICS)
-    with pytest.raises(FileError, match=f"{MODEL} cannot be read; SAME needs both"):
+    with pytest.raises(FileError, match=f"lacks {MODEL}; SAME needs both"):
         Same(weights=str(tmp_path)).supports(BODIES["plain"], BODIES["small"])
     for wrong, said in (
         ([1, 2], "holds something else than named tensors"),
@@ -69,16 +69,16 @@ def test_files_that_are_not_the_authors_are_refused_in_a_sentence(tmp_path) -> N
     ):
         torch.save(wrong, tmp_path / MODEL)
         with pytest.raises(FileError, match=said):
-            Released(tmp_path).tensors()
+            _ = Same(weights=str(tmp_path)).tensors
     torch.save({"model": {"encoder.0.convs.3.bias": torch.full((16,), torch.inf)}}, tmp_path / MODEL)
     with pytest.raises(FileError, match=rf"{MODEL}: encoder\.0\.convs\.3\.bias .*not finite"):
-        Released(tmp_path).tensors()
+        _ = Same(weights=str(tmp_path)).tensors
     torch.save({"model": {}}, tmp_path / MODEL)
     parts = ("lo", "go", "q", "p", "r", "pv", "qv", "pprev")
     statistics |= {f"{part}_{kind}": torch.ones(6) for part in parts for kind in "ms"}
     torch.save({**statistics, "r_s": torch.full((4,), torch.nan)}, tmp_path / STATISTICS)
     with pytest.raises(FileError, match=f"{STATISTICS}: r_s .*not finite"):
-        Released(tmp_path).tensors()
+        _ = Same(weights=str(tmp_path)).tensors
 
 
 def test_another_network_under_the_authors_names_is_refused(real_data, tmp_path) -> None:

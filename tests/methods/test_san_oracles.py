@@ -6,15 +6,16 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import authors_files
 import numpy as np
 import pytest
 import torch
-from san_reference import PlainDiscriminator, blocks
+from san_reference import PlainDiscriminator
 from torch import Tensor
 from training_material import single_precision
 
-from retarget_bench.methods.san import San
-from retarget_bench.methods.san.network import Design, Discriminator, Skeletal
+from retarget_bench.methods.san import San, released
+from retarget_bench.methods.san.network import Design, Discriminator
 from retarget_bench.methods.san.skeleton import Edges, layout_of
 from retarget_bench.methods.san.structure import Structure
 from retarget_bench.methods.san.training import SanTraining
@@ -25,15 +26,9 @@ from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.training.layers.skeletal.body import LayoutBody, aligned
 from retarget_bench.training.layers.skeletal.discriminators import discriminator_loss
 from retarget_bench.training.layers.skeletal.kinematics import Kinematics, world
+from retarget_bench.training.layers.skeletal.released import SavedNetwork
 
 BOTH = ("S23", "S28")
-LAYERS = {
-    "auto_encoder/enc.layers.0.0": "encoder.layers.0",
-    "auto_encoder/enc.layers.1.0": "encoder.layers.1",
-    "auto_encoder/dec.layers.0.2": "decoder.layers.0",
-    "auto_encoder/dec.layers.1.2": "decoder.layers.1",
-}
-"""Layers of the authors' networks, and ours."""
 RELEASED = Design("released", padded=True)
 
 
@@ -41,11 +36,11 @@ class Oracle:
     """Arrays of a file of the authors' answers, as tensors."""
 
     def __init__(self, path: Path) -> None:
-        self._arrays = np.load(path, allow_pickle=False)
-        self.names = tuple(self._arrays.files)
+        self.arrays = np.load(path, allow_pickle=False)
+        self.names = tuple(self.arrays.files)
 
     def __getitem__(self, name: str) -> Any:
-        array = self._arrays[name]
+        array = self.arrays[name]
         return torch.from_numpy(array) if array.dtype.kind == "f" else array
 
 
@@ -83,26 +78,17 @@ def structure_of(found: Oracle, design: Design = RELEASED) -> Structure:
     """Ours with the authors' weights; rows 1 and 2 of the statistics are those of their characters."""
     body = character(found, 0, "any")
     made = Structure(layout_of(body.skeleton.parents.tolist(), body.roles), design, ("a", "b"))
-    fill(made, found)
+    networks = (saved(found, name) for name in ("auto_encoder", "static_encoder"))
+    for name, tensor in released.parameters(made, *networks):
+        made.get_parameter(name).data = tensor.contiguous()
     for mine, name in ((made.mean, "norm/mean"), (made.deviation, "norm/var")):
         mine[1:].flatten(1)[:, :-1] = found[name][..., 0]
     made.mean[1:, -1, 3], made.deviation[1:, -1, 3] = 0.0, 1.0
     return made
 
 
-def fill(made: Structure, found: Oracle) -> None:
-    for theirs, ours in LAYERS.items():
-        take(made.get_submodule(f"{ours}.motion"), found, theirs)
-        take(made.get_submodule(f"{ours}.body"), found, f"{theirs}.offset_enc")
-    for number in range(2):
-        take(made.skeleton.layers[number], found, f"static_encoder/layers.{number}.0")
-
-
-def take(layer: Skeletal, found: Oracle, name: str) -> None:
-    weight = found[f"state/{name}.weight"]
-    layer.weight.data = blocks(layer.pairs, weight, layer.weight).contiguous()
-    if layer.bias is not None:
-        layer.bias.data = found[f"state/{name}.bias"].view_as(layer.bias).clone()
+def saved(found: Oracle, network: str) -> SavedNetwork:
+    return SavedNetwork(Path(network), authors_files.state(found.arrays, network))
 
 
 def discriminator_of(found: Oracle) -> Discriminator:
@@ -114,8 +100,11 @@ def discriminator_of(found: Oracle) -> Discriminator:
 
 
 def fill_discriminator(made: Discriminator, found: Oracle) -> None:
-    take(made.first, found, "discriminator/layers.0.0")
-    take(made.last, found, "discriminator/layers.1.0")
+    network = saved(found, "discriminator")
+    for layer, name in ((made.first, "layers.0.0"), (made.last, "layers.1.0")):
+        count = 1 + layer.pairs[-1][0]
+        layer.weight.data = network.blocks(name, layer.pairs, (count, count)).contiguous()
+    made.last.bias.data = network.take("layers.1.0.bias").view_as(made.last.bias)
     for name in ("weight", "bias", "running_mean", "running_var"):
         getattr(made.norm, name).data = found[f"state/discriminator/layers.0.1.{name}"].clone()
 
@@ -166,22 +155,6 @@ def test_neighbours_and_poolings_are_the_authors(found):
     pairs, last = left.pooled()
     assert pairs == listed(found["pooling_list/discriminator/1"])
     assert [list(pair) for pair in last.pairs] == found["edges/discriminator/2"].tolist()
-
-
-def test_weights_exist_where_the_authors_masks_are_one(found):
-    made, judge = structure_of(found), discriminator_of(found)
-    layers = {theirs: made.get_submodule(f"{ours}.motion") for theirs, ours in LAYERS.items()}
-    layers |= {
-        f"{theirs}.offset_enc": made.get_submodule(f"{ours}.body") for theirs, ours in LAYERS.items()
-    }
-    layers |= {f"static_encoder/layers.{k}.0": made.skeleton.layers[k] for k in range(2)}
-    layers |= {"discriminator/layers.0.0": judge.first, "discriminator/layers.1.0": judge.last}
-    for name, layer in layers.items():
-        mask = torch.from_numpy(found[f"mask/{name}"])
-        mask = mask if mask.ndim == 3 else mask.unsqueeze(-1)
-        inside = blocks(layer.pairs, mask, layer.weight)
-        assert bool((inside == 1).all())
-        assert inside.numel() == int(mask.sum())
 
 
 # ----------------------------------------------------------------------------------------- networks
@@ -396,7 +369,7 @@ def test_answers_in_the_step_are_the_authors(step, oracle, here, there):
 
 def test_gradients_of_the_generator_have_the_authors_norms(step, oracle):
     record, compared = oracle("step"), 0
-    names = {theirs.split("/")[1]: f"{ours}.motion" for theirs, ours in LAYERS.items()}
+    names = {theirs: f"{ours}.motion" for theirs, ours in released.LAYERS.items()}
     names |= {f"{theirs}.offset_enc": ours.replace("motion", "body") for theirs, ours in names.items()}
     for key in (name for name in record.names if name.startswith("grad_norm/")):
         _, structure, network, parameter = key.split("/")

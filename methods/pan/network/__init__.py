@@ -39,12 +39,15 @@ def seen_bones(layout: Layout, design: Design) -> Parts:
 
     The released code looks up the numbers of edges among bones stored by joint, the root first: it reads
     the bone before each edge's own, and the last one (which it takes for the root's) for every part. The
-    root's own has no length and no weights that would read it.
+    root's own, before the first edge's, has no length and no weights unless ``root_bone`` is set.
     """
     parts = _own_edges(layout, design)
     if design.bone_mask == "paper" or not design.by_part:
         return parts
-    return tuple((*(edge - 1 for edge in part if edge > 0), layout.edges - 1) for part in parts)
+    first, count = int(not design.root_bone), layout.edges + 1
+    return tuple(
+        (*((edge - 1) % count for edge in part if edge >= first), layout.edges - 1) for part in parts
+    )
 
 
 def convolved_parts(layout: Layout, design: Design) -> Parts:

@@ -55,6 +55,14 @@ class LayoutBody:
         to each, zero for the root."""
         return self.skeleton.offsets[self.layout.leads]
 
+    @property
+    def root_bone(self) -> np.ndarray:
+        """``(3,)`` metres: the OFFSET of the root, which the authors' code takes for its bone; zero where
+        the root is not the hips."""
+        height = self.character.measures.root_offset
+        is_hips = self.joints[0] == self.character.joint_of["hips"]
+        return np.array([0.0, height if is_hips else 0.0, 0.0])
+
     @cached_property
     def skeleton(self) -> Skeleton:
         """The layout as a tree with these bones."""

@@ -55,12 +55,14 @@ class Features:
         """Metres."""
         return character.measures.hip_height / MIDDLING if self.lengths == "body" else CENTIMETRE
 
-    def bones(self, body: LayoutBody, end_sites: Sequence[int] = ()) -> np.ndarray:
+    def bones(self, body: LayoutBody, end_sites: Sequence[int] = (), root_bone: bool = False) -> np.ndarray:
         """``(edges + 1 + end sites, 3)`` float32, in units; zero for the root's movement.
 
-        end_sites: joints of the layout whose ``LayoutBody.end_sites`` come last."""
+        end_sites: joints of the layout whose ``LayoutBody.end_sites`` come last. root_bone: with
+        ``LayoutBody.root_bone`` in the place of that zero."""
         last = [body.end_sites[joint][None] for joint in end_sites]
-        bones = np.concatenate([body.bones, np.zeros((1, 3)), *last])
+        root = body.root_bone if root_bone else np.zeros(3)
+        bones = np.concatenate([body.bones, root[None], *last])
         return (bones / self.unit(body.character)).astype(np.float32)
 
     def see(self, motion: Motion, body: LayoutBody) -> Mapping[str, np.ndarray]:

@@ -43,6 +43,8 @@ class Retargeter(Protocol):
     yaw: Yaw
 
     @property
+    def root_bone(self) -> bool: ...
+    @property
     def structures(self) -> Mapping[str, StructureNetworks]: ...
 
     def assigned(self, character: Character) -> Assigned: ...
@@ -95,8 +97,8 @@ def retargeted(
             structures[second].to(device),
             np.stack([each.inputs["edges"] for each in group]),
             (
-                np.stack([features.bones(each.actor) for each in group]),
-                np.stack([features.bones(each.body) for each in group]),
+                np.stack([features.bones(each.actor, root_bone=method.root_bone) for each in group]),
+                np.stack([features.bones(each.body, root_bone=method.root_bone) for each in group]),
             ),
             (source_statistics, target_statistics),
             features.path == "carried",

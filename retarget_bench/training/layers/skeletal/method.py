@@ -60,6 +60,11 @@ class SkeletalMethod(LearnedMethod):
     def structures(self) -> Mapping[str, StructureNetworks]:
         """The networks by structure. Raises BenchError where there are no weights."""
 
+    @property
+    def root_bone(self) -> bool:
+        """True if networks read the root's OFFSET as a bone: those of the authors, of people."""
+        return self._authors is not None
+
     # ---------------------------------------------------------------------------------------- training
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         arrays: Mapping[str, np.ndarray] = self.settings.features.see(motion, self.body(motion.character))

@@ -7,6 +7,7 @@ import torch
 from torch import Tensor, nn
 
 from retarget_bench.errors import BenchError
+from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.skeletal.layout import Layout
 
 ROLES, PARENTS, CAST = "roles", "parents", "cast"
@@ -85,6 +86,15 @@ class StructureNetworks(nn.Module):
             ROLES: _bytes(roles),
             CAST: _bytes(ROWS.join(self.cast)),
         }
+
+
+def named(structures: Mapping[str, StructureNetworks]) -> dict[str, Tensor]:
+    """The tensors of all structures, each as ``structure.name``: the inverse of ``by_structure``."""
+    return {
+        f"{key}.{name}": tensor
+        for key, structure in structures.items()
+        for name, tensor in (exported(structure) | structure.marks()).items()
+    }
 
 
 def by_structure(tensors: Mapping[str, Tensor]) -> Mapping[str, Mapping[str, Tensor]]:

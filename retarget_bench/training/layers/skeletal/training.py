@@ -10,12 +10,16 @@ from torch import Tensor, nn
 from retarget_bench.api import Method
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData
-from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.skeletal.body import LayoutBody
 from retarget_bench.training.layers.skeletal.discriminators import Discriminators
 from retarget_bench.training.layers.skeletal.features import Features
 from retarget_bench.training.layers.skeletal.layout import Layout
-from retarget_bench.training.layers.skeletal.structure import StructureNetworks, by_structure, matching
+from retarget_bench.training.layers.skeletal.structure import (
+    StructureNetworks,
+    by_structure,
+    matching,
+    named,
+)
 from retarget_bench.training.layers.skeletal.windows import Windows, fit_statistics
 
 Networks = TypeVar("Networks", bound=StructureNetworks)
@@ -103,11 +107,7 @@ class SkeletalTraining(ABC, Generic[Networks]):
         return self._build(self.export())
 
     def export(self) -> Mapping[str, Tensor]:
-        tensors: dict[str, Tensor] = {}
-        for name, structure in self._structures.items():
-            state = exported(structure) | structure.marks()
-            tensors |= {f"{name}.{key}": each for key, each in state.items()}
-        return tensors
+        return named(self._structures)
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
         """Take over weights, also of another data set: structures are matched by their joints. Statistics
