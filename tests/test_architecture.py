@@ -216,6 +216,7 @@ WORDS = {
         "ground",
         "growth",
         "identity",
+        "mixamo",  # also the root rule that describes its data
         "paired",
         "papers",
         "contact",
