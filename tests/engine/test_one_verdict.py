@@ -62,6 +62,24 @@ def contradictions(matrix: ResultMatrix, values: Sequence[str]) -> list[str]:
     return found
 
 
+def test_a_tie_with_one_of_two_that_share_the_best_mark_is_no_equality(tmp_path):
+    """Means of 0, 0.9 and 1.5 tolerances. The second shares the mark of the first, and the third is tied
+    with it, though it is as near to the second; its p-value is 1, since others differ more in most flips."""
+    random = np.random.default_rng(0)
+    for label, mean in (("a", 0.0), ("b", 0.009), ("c", 0.015)):
+        noise = random.normal(size=12)
+        numbers = 5.0 + noise - noise.mean() + mean
+        entries = [
+            ("x>y", f"clip {n:02}", {"mpjpe_h.world": float(each)}) for n, each in enumerate(numbers)
+        ]
+        store(tmp_path, "cross", label, entries)
+    (matrix,) = result_matrix.result_matrices(records.find_results(tmp_path))
+    matrix.values["mpjpe_h.world"] = replace(matrix.values["mpjpe_h.world"], tolerance=0.01)
+    ranking = comparing.table_rankings(matrix)["mpjpe_h.world"]
+    assert (ranking.order, ranking.equal, ranking.p["c"]) == (("a", "b", "c"), 2, 1.0)
+    assert contradictions(matrix, ["mpjpe_h.world"]) == []
+
+
 def test_marks_and_verdicts_agree_on_random_clips(tmp_path):
     random = np.random.default_rng(0)
     hard = random.gamma(2.0, 1.0, 30)
