@@ -64,7 +64,7 @@ def contradictions(matrix: ResultMatrix, values: Sequence[str]) -> list[str]:
 
 def test_a_tie_with_one_of_two_that_share_the_best_mark_is_no_equality(tmp_path):
     """Means of 0, 0.9 and 1.5 tolerances. The second shares the mark of the first, and the third is tied
-    with it, though it is as near to the second; its p-value is 1, since others differ more in most flips."""
+    with it, though it is as near to the second; its p is 1, since others differ more in most flips."""
     random = np.random.default_rng(0)
     for label, mean in (("a", 0.0), ("b", 0.009), ("c", 0.015)):
         noise = random.normal(size=12)
