@@ -104,6 +104,8 @@ def test_a_field_in_the_place_of_another_is_an_option_once():
         ({"width": "2"}, "width is '2', of type str; it takes a number"),
         ({"width": True}, "width is True, of type bool; it takes a number"),
         ({"names": 3}, "names is 3, of type int; it takes text or a list of text"),
+        ({"names": " , "}, "names: ' , ' names nothing; leave it out for all, or name some"),
+        ({"names": [",", ""]}, "names: ', ' names nothing"),
     ],
 )
 def test_values_that_cannot_be_are_told_by_the_name_of_the_field(given, words):

@@ -107,7 +107,7 @@ def test_authors_choose_what_counts(baseline, bench, monkeypatch, off, asked, st
     ("asked", "words"),
     [
         (["--columns", "mpjp"], "did you mean mpjpe_h.world"),
-        (["--columns", ","], "--columns names no value"),
+        (["--columns", ","], "columns: ',' names nothing"),
         (["--tolerance", "2"], "--tolerance takes a share, such as 2%"),
         (["--tolerance", "mpjpe=much"], "--tolerance takes a share, such as 2%"),
         (["--worse-only", "--accept", "x"], "--accept takes everything"),

@@ -254,7 +254,7 @@ def test_python_pools_self_pairs_as_the_command_does(tmp_path):
             "no result has a value 'mpjpe'; the nearest are mpjpe_h.world",
         ),
         (["one", "two", "--columns", "curve"], "is a curve with a number per threshold"),
-        (["one", "two", "--columns", ","], "name at least one value"),
+        (["one", "two", "--columns", ","], "columns: ',' names nothing"),
         (["one", "two", "-s", "cross"], "no case in common|no results"),
         (["one", "two", "--results", "nowhere"], "no results in nowhere"),
         (["one", "two", "-d", "nothing"], "no results of nothing in"),

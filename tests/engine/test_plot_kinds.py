@@ -351,6 +351,9 @@ def test_names_are_one_line_that_legends_show(name, told):
             "no result has mpjpe_h.word as one number per case",
         ),
         (["growth", "-o", "a.png", "--columns", "mpjpe_h.world"], "such as growth.world"),
+        (["recall", "-o", "a.png", "--columns", "mpjpe_h.world"], "recall is drawn over speeds, or over"),
+        (["levels", "-o", "a.png", "--columns", "mpjpe_h.world"], "--columns is for bench plot methods,"),
+        (["methods", "-o", "a.png", "--at", "1"], "--at is for bench plot attention, and not for methods"),
         (["pairs", "-o", "a.jpg"], "pictures are written as .png, .pdf, .svg"),
         (
             ["methods", "-o", "a.png", "-s", "self"],

@@ -165,7 +165,7 @@ def test_no_clip_at_all_is_refused_by_the_command(tmp_path, capsys):
     with pytest.raises(SystemExit) as stop:
         main(["run", "ik", "--clips", ",", "--out", str(tmp_path)])
     assert stop.value.code == 2
-    assert "',' names no clip; leave it out for all of them" in capsys.readouterr().err
+    assert "clips: ',' names nothing; leave it out for all" in capsys.readouterr().err
 
 
 def test_the_commands(tmp_path, capsys):
