@@ -119,7 +119,7 @@ def run(tmp_path):
     if python is None:
         pytest.skip("no bpy here; RETARGET_BENCH_BPY may name a Python that has it")
 
-    def asked(source: Path, target: Path, **options: object) -> dict:
+    def in_blender(source: Path, target: Path, **options: object) -> dict:
         job = {
             "source": str(source),
             "target": str(target),
@@ -140,7 +140,7 @@ def run(tmp_path):
         assert line is not None, completed.stdout[-2000:] + completed.stderr[-2000:]
         return json.loads(line.removeprefix("FOUND"))
 
-    return asked
+    return in_blender
 
 
 @pytest.fixture

@@ -103,14 +103,14 @@ def test_a_second_run_in_the_same_folder_is_refused_and_readers_are_not(tmp_path
     carry_out(tmp_path, "toy_method")
     messages = []
 
-    def look(done: int, total: int) -> None:
+    def watch(done: int, total: int) -> None:
         if not messages:
             with pytest.raises(BenchError) as caught:
                 runner.run(asked(tmp_path, "toy_method"), lambda *_: None)
             messages.append(str(caught.value))
             assert split_summaries(store.find_results(tmp_path))
 
-    runner.run(asked(tmp_path, "toy_method", overwrite="always"), look)
+    runner.run(asked(tmp_path, "toy_method", overwrite="always"), watch)
     assert messages == [
         f"another run is writing to {tmp_path}; wait until it has ended, or give another folder"
     ]

@@ -192,22 +192,22 @@ def test_what_must_be_exact_is_exact_on_puppets(run: Path) -> None:
 
 
 def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    def said(*arguments: str) -> tuple[int, str]:
+    def table(*arguments: str) -> tuple[int, str]:
         with pytest.raises(SystemExit) as stop:
             main(["table", "--protocols", "-r", str(run), *arguments])
         out, err = capsys.readouterr()
         return int(stop.value.code or 0), out + err
 
-    code, out = said("--columns", "san_code_noself,sqdist_h2")
+    code, out = table("--columns", "san_code_noself,sqdist_h2")
     assert (code, out.count("->")) == (0, 1)
     assert "san_code_noself -> sqdist_h2: x 3 in every case" in out
-    code, out = said("-f", "md", "--all")
+    code, out = table("-f", "md", "--all")
     assert code == 0
     assert "| `san_code_noself` | `sqdist_h2` | x 3 in every case |" in out
-    code, out = said("-m", "copy_rotation")
+    code, out = table("-m", "copy_rotation")
     assert code == 2
     assert "did you mean copy_rotations?" in out
-    code, out = said("--columns", "mpjpe")
+    code, out = table("--columns", "mpjpe")
     assert code == 2
     assert "no protocol 'mpjpe'" in out
 

@@ -54,15 +54,15 @@ def only_group(places) -> Group:
 @pytest.fixture
 def places(tmp_path):
     """On self ``near`` is better, on cross ``far``."""
-    results = []
+    paths = []
     for split, near, far in (("self", 1.0, 2.0), ("cross", 4.0, 3.0)):
-        results += [
+        paths += [
             stored(tmp_path, split, "near", [near + n / 100 for n in range(20)]),
             stored(tmp_path, split, "far", [far + n / 50 for n in range(20)]),
             stored(tmp_path, split, "floor", [9.0] * 20, control=True),
             stored(tmp_path, split, "some", [0.5] * 8 + [None] * 12),
         ]
-    return results
+    return paths
 
 
 def test_columns_are_of_splits_hardest_first_and_rows_in_the_order_of_the_first(places):
@@ -105,8 +105,8 @@ def test_few_clips_mark_nobody_and_tell_how_many_would_do(tmp_path):
     for name in range(11):
         numbers = [1.0 + name + n / 100 for n in range(9)]
         stored(tmp_path, "cross", f"m{name:02}", numbers)
-    results = records.find_results(tmp_path)
-    group = only_group(results)
+    paths = records.find_results(tmp_path)
+    group = only_group(paths)
     assert not any(cell.mark for row in group.rows for cell in row.cells)
     (note,) = group.below
     assert note.startswith("cross: 9 clips cannot tell the best method from others (that takes 10)")

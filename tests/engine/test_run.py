@@ -317,7 +317,7 @@ def test_where_the_data_lie_is_no_part_of_their_name(tmp_path):
 def test_a_run_leaves_what_tables_need_to_show_it_before_it_is_done(tmp_path):
     counts = []
 
-    def look(answered, total):
+    def watch(answered, total):
         for place in store.find_results(tmp_path):
             assert not place.complete
             header = store.read_header(place.begun)
@@ -329,7 +329,7 @@ def test_a_run_leaves_what_tables_need_to_show_it_before_it_is_done(tmp_path):
                 (len(answered), results.header.counts.ok, results.header.counts.missing, len(cases))
             )
 
-    (place,) = runner.run(asked(tmp_path, "toy_method", jobs=1), look)
+    (place,) = runner.run(asked(tmp_path, "toy_method", jobs=1), watch)
     assert counts[0][1:] == (0, counts[0][3], counts[0][3])
     assert any(0 < ok < count for _, ok, _, count in counts)
     assert all(entries == ok and ok + missing == count for entries, ok, missing, count in counts)

@@ -54,9 +54,9 @@ def through(encoder: nn.Module, decoder: nn.Module, sequences: Batch) -> tuple[T
     if not isinstance(encoder, Encoder):  # plain ones see the masks
         code = encoder(positions, template, joints, frames)
         return code, decoder(code, template, joints, frames)
-    target_tokens, source_tokens = RaggedTokens.between(joints.numpy(), joints.numpy(), frames.numpy())
-    code = encoder(positions, template, target_tokens)
-    return code, decoder(code, template, source_tokens)
+    source_tokens, target_tokens = RaggedTokens.between(joints.numpy(), joints.numpy(), frames.numpy())
+    code = encoder(positions, template, source_tokens)
+    return code, decoder(code, template, target_tokens)
 
 
 def doubled(sequences: Batch) -> Batch:

@@ -68,7 +68,7 @@ def test_a_perfect_network_gives_the_source_back(method, monkeypatch):
     """What is around the networks changes nothing: pieces, fading, axes, rates."""
     monkeypatch.setattr(
         "retarget_bench.methods.humot.network.Autoencoder.forward",
-        lambda self, inputs, outputs, frames: inputs["places"],
+        lambda self, inputs, target_side, frames: inputs["places"],
     )
     for frames in (1, 12, 77):
         source = dance("one", frames)
@@ -81,7 +81,7 @@ def test_the_hips_path_is_scaled_by_the_legs(method, monkeypatch, rule):
     monkeypatch.setattr(method, "root_rule", rule)
     monkeypatch.setattr(
         "retarget_bench.methods.humot.network.Autoencoder.forward",
-        lambda self, inputs, outputs, frames: inputs["places"],
+        lambda self, inputs, target_side, frames: inputs["places"],
     )
     source, tall = dance("one", 50), BODIES["tall"]
     positions = carried(method, source, tall).positions
@@ -130,8 +130,8 @@ def test_a_part_is_centred_where_the_whole_body_is(method, monkeypatch, kept):
     batches = []
     monkeypatch.setattr(
         "retarget_bench.methods.humot.network.Autoencoder.forward",
-        lambda self, inputs, outputs, frames: (
-            batches.append(inputs) or outputs["template"][:, None].repeat(1, WINDOW, 1, 1)
+        lambda self, inputs, target_side, frames: (
+            batches.append(inputs) or target_side["template"][:, None].repeat(1, WINDOW, 1, 1)
         ),
     )
     full = BODIES["one"]

@@ -91,7 +91,7 @@ def test_heads_and_hands_are_turned_as_the_source_s(scale):
 def test_a_perfect_network_gives_back_what_it_does_not_see(monkeypatch):
     monkeypatch.setattr(
         "retarget_bench.methods.humot.network.Autoencoder.forward",
-        lambda self, inputs, outputs, frames: inputs["places"],
+        lambda self, inputs, target_side, frames: inputs["places"],
     )
     source = moving(dressed())
     answer = humot_material.trained().retarget(source, source.character, context=Context(seed=0))

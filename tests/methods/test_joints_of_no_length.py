@@ -88,15 +88,13 @@ def test_nkn_sees_of_its_own_answer_where_the_body_is():
 
 @pytest.mark.parametrize("name", METHODS)
 def test_both_train_on_bodies_that_lack_joints(name):
-    training = Nkn(hidden=16, facing=3.0) if name == "nkn" else smrm_material.SMRM(hidden=16)
+    method = Nkn(hidden=16, facing=3.0) if name == "nkn" else smrm_material.SMRM(hidden=16)
     cast = {"full": FULL, "short": SHORT}
     clips = {
-        who: [
-            ClipArrays(who, "dance", {k: np.float32(a) for k, a in training.prepare(dance(each)).items()})
-        ]
+        who: [ClipArrays(who, "dance", {k: np.float32(a) for k, a in method.prepare(dance(each)).items()})]
         for who, each in cast.items()
     }
-    module = training.training_module(
+    module = method.training_module(
         TrainingData(cast, clips), TrainingConfig(steps=1, batch=4, window=12, rate=1e-3)
     )
     memory: dict[str, Any] = {}

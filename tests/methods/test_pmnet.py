@@ -68,14 +68,14 @@ def test_a_fifth_of_hidden_numbers_is_dropped_while_it_learns():
     generator = Generator(22).train()
     shares: list[float] = []
 
-    def seen(module, inputs):
+    def record_share(module, inputs):
         shares.append(float((inputs[0] == 0).float().mean()))
 
     with torch.no_grad():
         for layer in generator.encoder:
             layer.weight.fill_(0.01)
             layer.bias.fill_(1.0)
-            layer.register_forward_pre_hook(seen)
+            layer.register_forward_pre_hook(record_share)
         generator.encode(torch.ones(50, 4, 66))
     assert shares[0] == 0.0
     assert shares[1:] == [pytest.approx(0.2, abs=0.01)] * 3

@@ -175,9 +175,8 @@ def test_their_files_are_seen_and_answered_as_they_see_and_answer_them(released,
     own = answer.rotations[:120, list(features.body(target.character).joints)]
     written = np.degrees(rotation.angle(own, oracle["written/quaternions"].astype(float))).max(0)
     compared = [joint for joint in range(1, 22) if joint not in oracle["written/joint_left_alone"]]
-    assert (
-        written[compared].max() < 1e-3
-    )  # they turn the hips by another heading, from the first frame alone
+    # they turn the hips by another heading, from the first frame alone
+    assert written[compared].max() < 1e-3
 
 
 def test_ratio_of_the_path(oracle, real_data):

@@ -297,7 +297,7 @@ def test_a_reconstruction_goes_through_what_stands_before():
     """``a+fit+residual``: both answers are fitted."""
     calls = []
 
-    class Look:
+    class Recorder:
         card = replace(registry.create("posts", "residual").card, name="look", accepts=("motion",))
 
         def supports(self, source, target):
@@ -307,11 +307,11 @@ def test_a_reconstruction_goes_through_what_stands_before():
             calls.append((prediction, context.reconstruction))
             return prediction
 
-    class After(Look):
-        card = replace(Look.card, name="after", needs=())
+    class After(Recorder):
+        card = replace(Recorder.card, name="after", needs=())
 
     source = dance(body())
-    posts = [registry.create("posts", "fit"), Look(), After()]
+    posts = [registry.create("posts", "fit"), Recorder(), After()]
     Composed(Lossy(flat=True), posts).retarget(source, OTHER, context=Context())
     (answer, own), (_, nothing) = calls
     assert isinstance(answer, Motion)

@@ -78,12 +78,12 @@ def by_hand(case: Sides, suffix: str = "") -> dict[str, float]:
             else:
                 t += 1
 
-    def found(side: np.ndarray, t: int, j: int) -> bool:
+    def is_contact(side: np.ndarray, t: int, j: int) -> bool:
         high = [g[k, c, 1] for k in range(frames) for c in (j, j ^ 2) if planted[k, c]]
         return bool(high) and stays(side, t, j, reach) and side[t, j, 1] <= max(high) + R
 
-    contacts = [(t, j) for t in range(frames) for j in range(4) if found(p, t, j)]
-    right = [(t, j) for t, j in contacts if planted[t, j] or pivoting[t, j] or found(g, t, j)]
+    contacts = [(t, j) for t in range(frames) for j in range(4) if is_contact(p, t, j)]
+    right = [(t, j) for t, j in contacts if planted[t, j] or pivoting[t, j] or is_contact(g, t, j)]
     recall, precision = kept / planted.sum(), len(right) / len(contacts)
     return {
         f"contact_recall{suffix}": recall,

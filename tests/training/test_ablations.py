@@ -122,9 +122,8 @@ def test_the_table_has_the_numbers_of_the_results(options, tmp_path):
         if name == "mpjpe_h.world"
     }
     assert own_cells[0].n == len(metres) == 12
-    assert own_cells[0].value == pytest.approx(
-        np.mean(list(metres.values())), rel=1e-6
-    )  # as many cases per clip
+    # as many cases per clip
+    assert own_cells[0].value == pytest.approx(np.mean(list(metres.values())), rel=1e-6)
     assert own_cells[1].n == 8
     text = " ".join(WITH_INTERVALS["text"]([table]).split())
     assert "n, toy_walks: people: Error: 12 cases, pairs 3, clips 4" in text

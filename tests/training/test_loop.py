@@ -163,13 +163,13 @@ def test_modules_are_in_evaluation_mode_while_they_are_validated(toy_run, monkey
         learner.draw, self.seen = drawing, learner.modules
         return learner
 
-    def asked(self, source, target, *, context):
+    def recorded(self, source, target, *, context):
         modules = bound.method(Spec("toy_trainee")).built.seen
         modes.append(("case", *(part.training for part in modules.values())))
         return retarget(self, source, target, context=context)
 
     monkeypatch.setattr(method, "training_module", training_module)
-    monkeypatch.setattr(method, "retarget", asked)
+    monkeypatch.setattr(method, "retarget", recorded)
     toy_run(budget="20it")
     assert set(modes) == {("step", True, False, True), ("case", False, False, False)}
 

@@ -93,11 +93,11 @@ def test_the_average_is_validated_and_kept_and_buffers_are_as_they_are(averaged_
     method, snapshots = type(bound.method(Spec("toy_trainee")).built), []
     retarget = method.retarget
 
-    def seen(self, source, target, *, context):
+    def recorded(self, source, target, *, context):
         snapshots.append({name: each.clone() for name, each in self.tensors.items()})
         return retarget(self, source, target, context=context)
 
-    monkeypatch.setattr(method, "retarget", seen)
+    monkeypatch.setattr(method, "retarget", recorded)
     trained, _ = averaged_run(budget="15it")
     average = part(tmp_path / "run", "average/")
     assert not torch.equal(average["map.weight"], part(tmp_path / "run", "modules/")["map.weight"])
