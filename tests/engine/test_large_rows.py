@@ -59,12 +59,12 @@ def large(tmp_path, monkeypatch) -> list[ResultPaths]:
 
 @pytest.mark.parametrize("form", sorted(RENDERERS))
 @pytest.mark.parametrize(
-    "request",
+    "selection",
     [Request(), Request(all=True), Request(columns=["curve"]), Request(by="pair")],
     ids=["usual", "all", "curve", "by pair"],
 )
-def test_tables_are_the_same_whichever_form_rows_have(text, large, form, request):
-    shown = [RENDERERS[form](requested.tables(places, request, form)) for places in (text, large)]
+def test_tables_are_the_same_whichever_form_rows_have(text, large, form, selection):
+    shown = [RENDERERS[form](requested.tables(places, selection, form)) for places in (text, large)]
     assert shown[0] == shown[1].replace("/large/", "/text/")
 
 
