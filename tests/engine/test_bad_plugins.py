@@ -218,8 +218,8 @@ def test_a_cell_without_a_number_names_the_metric_that_failed(tmp_path):
         "metric sway failed: gave an object of type str instead of a number"
     )
     assert store.read_header(bad.header).counts.ok == 6
-    asked_again = asked(tmp_path, "toy_method", metrics=("position", "sway"), overwrite="failed")
-    runner.run(asked_again, lambda done, total: None)
+    second_plan = asked(tmp_path, "toy_method", metrics=("position", "sway"), overwrite="failed")
+    runner.run(second_plan, lambda done, total: None)
     assert store.read_header(bad.header).faults == ()
 
 

@@ -93,8 +93,8 @@ def test_speeds_of_busier_moments_are_told_apart(tmp_path):
     (cells,) = builder.tables([section], ["fps"])
     assert any("2.5 times as slow" in sentence for sentence in cells.footnotes)
     (table,) = builder.tables([section])
-    told_all = [line for line in table.notes if "50" in line]
-    assert told_all == [
+    speed_notes = [line for line in table.notes if "50" in line]
+    assert speed_notes == [
         "Speed in frames/s of one process and thread, with handing over: copy_rotations 50, toy_method 50.",
         f"Not comparable: bone_directions 50, {notes['bone_directions']}.",
     ]

@@ -85,11 +85,11 @@ def gathered(pairs: Pairs, module: nn.Module) -> Pairs:
 
 
 def copied(lean: nn.Module, plain: nn.Module, names: dict[str, str]) -> Pairs:
-    """Parameters of theirs, by name, take over those of ours."""
+    """Parameters of the plain network, by name, take over those of the lean one."""
     own, other = dict(lean.named_parameters()), dict(plain.named_parameters())
     assert set(names.values()) == set(other)
-    for ours_name, name in names.items():
-        other[name].data.copy_(own[ours_name].data)
+    for lean_name, name in names.items():
+        other[name].data.copy_(own[lean_name].data)
     return [(other[name], own[each], same) for each, name in names.items()]
 
 

@@ -68,7 +68,7 @@ def test_windows_kept_aside_are_never_drawn_and_all_others_are():
 
 def test_all_windows_are_drawn_unless_told_and_as_ever():
     starts, _ = drawn("clip")
-    assert all(set(starts_of) == set(range(0, 121, HOP)) for starts_of in starts.values())
+    assert all(set(clip_starts) == set(range(0, 121, HOP)) for clip_starts in starts.values())
     one, other = (humot_material.training_module(**options) for options in ({}, {"split": "clip"}))
     for seed in range(3):
         batches = [training_material.batch(each, seed=seed)["source"]["places"] for each in (one, other)]

@@ -85,8 +85,8 @@ def test_reshaped_motion_is_what_the_same_rotations_do_on_other_bones(seed):
     other = resized(motion.character, factors)
     expected = other.motion(motion.rotations, motion.root, motion.fps)
     reshaped = reproportion(humot_body.see(motion), factors, humot_body)
-    wanted_places = body(other).see(expected)
-    apart = wanted_places - wanted_places[:, :1]
+    expected_places = body(other).see(expected)
+    apart = expected_places - expected_places[:, :1]
     np.testing.assert_allclose(reshaped - reshaped[:, :1], apart, atol=1e-9)
     np.testing.assert_allclose(reshaped[:, 0], humot_body.see(motion)[:, 0])
     np.testing.assert_allclose(

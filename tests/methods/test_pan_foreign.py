@@ -115,11 +115,11 @@ def test_as_a_target_it_is_the_body_with_bones_of_no_length(points, mixamo_like)
     assert (actual.frames, actual.fps, actual.skeleton) == (37, 30.0, points.skeleton)
     both = [(points.joint_of[role], body.joint_of[role]) for role in points.joint_of]
     point_joints, body_joints = (list(each) for each in zip(*both, strict=True))
-    turned, wanted_turns = (
+    turned, expected_turns = (
         transfer.relative(actual)[:, point_joints],
         transfer.relative(expected)[:, body_joints],
     )
-    assert rotation.angle(turned, wanted_turns).max() < 1e-3
+    assert rotation.angle(turned, expected_turns).max() < 1e-3
     legs = [role for role in points.joint_of if roles.body_part(role).endswith("leg")]
     assert len(legs) == 6
     apart = actual.positions[:, points.joints(legs)] - expected.positions[:, body.joints(legs)]

@@ -477,9 +477,9 @@ def test_the_error_they_print_is_of_world_positions(oracle, name):
         places = []
         for kind in ("gt", "0"):
             plain = slots(record[f"get_error/{name}/{number}/raw_{kind}"].unsqueeze(0))
-            found_places = world(kinematics(plain, offsets), plain[:, :, -1], "position")[0]
-            close(found_places, record[f"get_error/{name}/{number}/positions_{kind}"], 1e-4)
-            places.append(found_places)
+            positions = world(kinematics(plain, offsets), plain[:, :, -1], "position")[0]
+            close(positions, record[f"get_error/{name}/{number}/positions_{kind}"], 1e-4)
+            places.append(positions)
         apart = (places[0] - places[1]) / record[f"get_error/{name}/height"]
         errors.append(apart.square().mean().item())
     assert errors == pytest.approx(record[f"get_error/{name}/error_per_motion"].tolist(), rel=1e-4)

@@ -19,8 +19,8 @@ def kid(a, b, groups_a, groups_b) -> float:
     return Kid()(Sample(a, groups_a), Sample(b, groups_b))
 
 
-def fit(real, generated, groups_real, groups_made, k=5):
-    return Fits(k)(Sample(real, groups_real), Sample(generated, groups_made))
+def fit(real, generated, groups_real, groups_generated, k=5):
+    return Fits(k)(Sample(real, groups_real), Sample(generated, groups_generated))
 
 
 def trace(sample: np.ndarray) -> float:
@@ -136,11 +136,11 @@ def test_a_part_of_a_set_is_worth_what_it_is_worth_alone(value, odd):
     if odd == "one clip":
         a[:, 3] = np.where(clips == 4, np.arange(n) % 8, 0.0)
     metric = FidStructure()
-    for (real, alone), (generated, made_alone) in zip(
+    for (real, alone), (generated, generated_alone) in zip(
         parts_of(a, clips), parts_of(b, clips + 1000 * (odd != "few")), strict=True
     ):
         part = metric.value(value, real, generated)
-        assert part == pytest.approx(FidStructure().value(value, alone, made_alone), rel=1e-8)
+        assert part == pytest.approx(FidStructure().value(value, alone, generated_alone), rel=1e-8)
 
 
 def test_the_factor_of_most_of_a_set_is_that_of_its_covariance():
