@@ -29,7 +29,7 @@ CONFIG = TrainingConfig(steps=1, batch=4, window=1, rate=1e-3)
 def motions() -> dict[str, Motion]:
     """A clip of each body."""
     data: Any = registry.create("datasets", Spec.parse("puppets"))
-    clips = {name: each for clips in data.training().values() for name, each in clips.items()}
+    clips = {name: each for bodies in data.training().values() for name, each in bodies.items()}
     return {name: clips[name][0] for name in NAMES}
 
 

@@ -216,7 +216,7 @@ def test_answers_for_points_and_for_motions_of_the_same_body():
 
 def test_joints_that_are_none_of_the_22_stay_on_their_bones():
     data = registry.create("datasets", Spec.parse("puppets"))
-    clips = {n: each for by_name in data.training().values() for n, each in by_name.items()}
+    clips = {n: each for bodies in data.training().values() for n, each in bodies.items()}
     name = next(n for n, body in data.characters().items() if body.structure == "body28" and n in clips)
     motion = clips[name][0].at(slice(0, None, 10))
     body = Body22(motion.character)
