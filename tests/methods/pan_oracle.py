@@ -50,8 +50,8 @@ def arrays(path: Path) -> Arrays:
         return {name: file[name] for name in file.files}
 
 
-def below(found: Arrays, prefix: str) -> Arrays:
-    return {name.removeprefix(prefix): each for name, each in found.items() if name.startswith(prefix)}
+def below(stored: Arrays, prefix: str) -> Arrays:
+    return {name.removeprefix(prefix): each for name, each in stored.items() if name.startswith(prefix)}
 
 
 def tensor(array: np.ndarray) -> Tensor:
@@ -83,28 +83,28 @@ class Theirs:
     deviation: Tensor
 
 
-def people(found: Arrays, structure: str) -> Theirs:
+def people(stored: Arrays, structure: str) -> Theirs:
     """Of the files of Mixamo's structures."""
     kinds = {"decoder": "auto_encoder/dec.", "encoder": "auto_encoder/enc.", "skeleton": "static_encoder/"}
     kinds["discriminator"] = "discriminator/"
-    parents, offsets = found["structure/parents"].tolist(), found["structure/offsets"]
-    names, joints = found["structure/names"].tolist(), len(parents)
+    parents, offsets = stored["structure/parents"].tolist(), stored["structure/offsets"]
+    names, joints = stored["structure/names"].tolist(), len(parents)
     bodies = {
         name: Character.of(name, _as_filed(names, [-1, *parents[1:]], each / 100), structure=structure)
-        for name, each in zip(found["structure/characters"].tolist(), offsets, strict=True)
+        for name, each in zip(stored["structure/characters"].tolist(), offsets, strict=True)
     }
-    spread = found["norm/var"][..., 0]
+    spread = stored["norm/var"][..., 0]
     return Theirs(
-        arrays=found,
-        state={name: below(found, f"state/{prefix}") for name, prefix in kinds.items()},
-        masks={name: below(found, f"mask/{prefix}") for name, prefix in kinds.items()},
+        arrays=stored,
+        state={name: below(stored, f"state/{prefix}") for name, prefix in kinds.items()},
+        masks={name: below(stored, f"mask/{prefix}") for name, prefix in kinds.items()},
         bodies=bodies,
         rows=[(joint - 1) % joints for joint in range(joints)],
         points=range(joints),
-        motion=_edges(tensor(found["input/motion"])),
+        motion=_edges(tensor(stored["input/motion"])),
         bones=torch.cat([tensor(offsets[:, 1:]), torch.zeros(2, 1, 3)], 1),
-        heights=tensor(found["structure/height"][:, 0]),
-        mean=_edges(tensor(found["norm/mean"]))[:, 0],
+        heights=tensor(stored["structure/height"][:, 0]),
+        mean=_edges(tensor(stored["norm/mean"]))[:, 0],
         deviation=_edges(tensor(spread)[..., None], 1.0)[:, 0],
     )
 
@@ -128,36 +128,42 @@ def _as_filed(names: Sequence[str], parents: Sequence[int], offsets: np.ndarray)
     return Skeleton(tuple(names[j] for j in order), np.array([above[j] for j in order]), placed[order])
 
 
-def legs(found: Arrays, structure: str) -> Theirs:
+def legs(stored: Arrays, structure: str) -> Theirs:
     """``human`` or ``dog`` of the file of three parts."""
-    mine = below(found, f"{structure}/")
+    own_arrays = below(stored, f"{structure}/")
     kinds = {"decoder": "ae/dec.", "encoder": "ae/enc.", "skeleton": "skel_enc/"}
     kinds["discriminator"] = "discriminator/"
-    names, parents = mine["structure/names"].tolist(), mine["structure/parents"]
-    every, joints = mine["structure/parents_with_ends"].tolist(), mine["structure/not_end"].tolist()
+    names, parents = own_arrays["structure/names"].tolist(), own_arrays["structure/parents"]
+    every, joints = (
+        own_arrays["structure/parents_with_ends"].tolist(),
+        own_arrays["structure/not_end"].tolist(),
+    )
     last = sorted((joints.index(every[k]), k) for k in range(len(every)) if k not in joints)
     model = body("one") if structure == "human" else pan_material.dog("rex")
-    known = dict(zip(model.skeleton.names, model.skeleton.offsets, strict=True))
-    known["LeftToe"], known["RightToe"] = known.get("LeftToeBase"), known.get("RightToeBase")
-    offsets = np.stack([known[name] for name in names])
+    offset_of = dict(zip(model.skeleton.names, model.skeleton.offsets, strict=True))
+    offset_of["LeftToe"], offset_of["RightToe"] = (
+        offset_of.get("LeftToeBase"),
+        offset_of.get("RightToeBase"),
+    )
+    offsets = np.stack([offset_of[name] for name in names])
     sites = tuple(EndSite(joint, (0.0, -0.05, 0.0)) for joint, _ in last)
     skeleton = Skeleton(tuple(names), parents, offsets, sites)
-    ends = tensor(mine["input/offsets_with_ends"]).unflatten(1, (-1, 3))
+    ends = tensor(own_arrays["input/offsets_with_ends"]).unflatten(1, (-1, 3))
     zero = torch.zeros(2, 1, 3)
-    bones = [zero, tensor(mine["input/offsets"]).unflatten(1, (-1, 3)), zero]
+    bones = [zero, tensor(own_arrays["input/offsets"]).unflatten(1, (-1, 3)), zero]
     bones.append(ends[:, [k - 1 for _, k in last]])
     return Theirs(
-        arrays=mine,
-        state={name: below(mine, f"state/{prefix}") for name, prefix in kinds.items()},
-        masks={name: below(mine, f"mask/{prefix}") for name, prefix in kinds.items()},
+        arrays=own_arrays,
+        state={name: below(own_arrays, f"state/{prefix}") for name, prefix in kinds.items()},
+        masks={name: below(own_arrays, f"mask/{prefix}") for name, prefix in kinds.items()},
         bodies={structure: Character.of(structure, skeleton, structure=structure)},
         rows=range(1, len(names)),
         points=[*joints, *(k for _, k in last)],
-        motion=tensor(mine["input/motion"]).transpose(1, 2).unflatten(2, (-1, 4)),
+        motion=tensor(own_arrays["input/motion"]).transpose(1, 2).unflatten(2, (-1, 4)),
         bones=torch.cat(bones, 1),
         heights=torch.ones(2),
-        mean=tensor(mine["norm/mean"]).view(1, -1, 4),
-        deviation=tensor(mine["norm/std"]).view(1, -1, 4),
+        mean=tensor(own_arrays["norm/mean"]).view(1, -1, 4),
+        deviation=tensor(own_arrays["norm/std"]).view(1, -1, 4),
     )
 
 
@@ -171,15 +177,15 @@ def training(
         **{"width": width, "skeleton": width, "feedforward": hidden, "judging": judging, "dropout": 0.0},
     )
     method.settings = replace(method.settings, design=design)
-    bodies = {name: each for theirs in every.values() for name, each in theirs.bodies.items()}
+    bodies = {name: each for reference in every.values() for name, each in reference.bodies.items()}
     clips = {name: [_clip(method, name, each)] for name, each in bodies.items()}
     config = TrainingConfig(steps=1, batch=4, window=64, rate=1e-3)
     module = method.training_module(TrainingData(bodies, clips), config)
-    for name, theirs in every.items():
+    for name, reference in every.items():
         structure = module._structures[_key(module, name)]
-        structure.mean[-len(theirs.mean) :] = theirs.mean
-        structure.deviation[-len(theirs.mean) :] = theirs.deviation
-        take_over(module, name, theirs)
+        structure.mean[-len(reference.mean) :] = reference.mean
+        structure.deviation[-len(reference.mean) :] = reference.deviation
+        take_over(module, name, reference)
     return module
 
 
@@ -193,21 +199,21 @@ def _key(module: PanTraining, name: str) -> str:
     return next(each for each in module._names if each.startswith(name))
 
 
-def take_over(module: PanTraining, name: str, theirs: Theirs) -> dict[str, Tensor]:
+def take_over(module: PanTraining, name: str, reference: Theirs) -> dict[str, Tensor]:
     """Our structure and discriminator get their weights; our parameters by the names of theirs."""
     key = _key(module, name)
-    structure, found = module._structures[key], {}
+    structure, tensors = module._structures[key], {}
     for network, names in NETWORKS.items():
-        taken = _network(structure, network, module._settings.design, theirs)
-        prefixed = {_translated(plain, names): own for plain, own in taken.items()}
-        found |= {f"{network}/{each}": own for each, own in prefixed.items()}
-    channels = [3 * point + axis for point in theirs.points for axis in range(3)]
+        loaded = _network(structure, network, module._settings.design, reference)
+        prefixed = {_translated(plain, names): own for plain, own in loaded.items()}
+        tensors |= {f"{network}/{each}": own for each, own in prefixed.items()}
+    channels = [3 * point + axis for point in reference.points for axis in range(3)]
     for plain, own in module._discriminators.discriminators[key].named_parameters():
         their = plain.replace(".weight", ".0.weight").replace(".bias", ".0.bias")
-        values = tensor(theirs.state["discriminator"][their])
+        values = tensor(reference.state["discriminator"][their])
         own.data.copy_(values[:, channels] if plain == "layers.0.weight" else values)
-        found[f"discriminator/{their}"] = own
-    return found
+        tensors[f"discriminator/{their}"] = own
+    return tensors
 
 
 def _translated(plain: str, names: Mapping[str, str]) -> str:
@@ -215,13 +221,13 @@ def _translated(plain: str, names: Mapping[str, str]) -> str:
     return names[module] + plain.removeprefix(module)
 
 
-def _network(structure: Structure, network: str, design: object, theirs: Theirs) -> dict[str, Tensor]:
+def _network(structure: Structure, network: str, design: object, reference: Theirs) -> dict[str, Tensor]:
     """Our parameters, with their weights, by their names in the plain network."""
     plain = PLAIN[network](getattr(structure, network), structure.layout, design)
-    state, masks = theirs.state[network], theirs.masks[network]
+    state, masks = reference.state[network], reference.masks[network]
     pairs = {id(each): (own, write) for each, own, write in plain.pairs}
     layers = {id(each.weight): each for each in plain.modules() if isinstance(each, Masked)}
-    found: dict[str, Tensor] = {}
+    tensors: dict[str, Tensor] = {}
     for name, dense in plain.named_parameters():
         own, write = pairs[id(dense)]
         their = _translated(name, NETWORKS[network])
@@ -230,15 +236,15 @@ def _network(structure: Structure, network: str, design: object, theirs: Theirs)
             mask = tensor(masks[their.removesuffix(".weight")])
             known = layers[id(dense)].mask.expand_as(dense).clone()
             if (network, name) == ("skeleton", "layers.0.weight"):
-                values, mask, known = _by_row(theirs.rows, values, mask, known)
+                values, mask, known = _by_row(reference.rows, values, mask, known)
             assert torch.equal(known, mask), f"{network} {name} has another mask"
         index = write(torch.arange(1.0, own.numel() + 1.0).view(own.shape)).long()
         values = values.view(index.shape)
         own.data.view(-1)[index[index > 0] - 1] = values[index > 0]
-        found[name] = own
-    used = {_translated(name, NETWORKS[network]) for name in found}
+        tensors[name] = own
+    used = {_translated(name, NETWORKS[network]) for name in tensors}
     assert used == {each for each in state if not each.endswith(".pe")}
-    return found
+    return tensors
 
 
 def _by_row(
@@ -246,6 +252,6 @@ def _by_row(
 ) -> tuple[Tensor, Tensor, Tensor]:
     """The first layer on bones in our order. What ours has on bones of no length, theirs need not have."""
     columns = [3 * row + axis for row in rows for axis in range(3)]
-    ordered, masked, ours = (torch.zeros_like(known) for _ in range(3))
-    ordered[:, columns], masked[:, columns], ours[:, columns] = values, mask, known[:, columns]
-    return ordered, masked, ours
+    ordered, masked, own_mask = (torch.zeros_like(known) for _ in range(3))
+    ordered[:, columns], masked[:, columns], own_mask[:, columns] = values, mask, known[:, columns]
+    return ordered, masked, own_mask

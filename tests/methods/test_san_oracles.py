@@ -62,62 +62,62 @@ def oracle(real_data):
 
 
 @pytest.fixture(params=BOTH)
-def found(request, oracle):
+def recorded(request, oracle):
     return oracle(request.param)
 
 
-def character(found: Oracle, number: int, structure: str) -> Character:
+def character(recorded: Oracle, number: int, structure: str) -> Character:
     """A body of the authors', in metres; its root is called the hips."""
-    names = ["Hips" if not k else name.replace("Hips", "Lower") for k, name in enumerate(_names(found))]
-    parents = np.array([-1, *found["structure/parents"][1:]])
-    offsets = found["structure/offsets"][number].double().numpy() / 100
+    names = ["Hips" if not k else name.replace("Hips", "Lower") for k, name in enumerate(_names(recorded))]
+    parents = np.array([-1, *recorded["structure/parents"][1:]])
+    offsets = recorded["structure/offsets"][number].double().numpy() / 100
     skeleton = Skeleton(tuple(names), parents, offsets)
-    return Character.of(str(found["structure/characters"][number]), skeleton, structure=structure)
+    return Character.of(str(recorded["structure/characters"][number]), skeleton, structure=structure)
 
 
-def _names(found: Oracle) -> list[str]:
-    return [str(name) for name in found["structure/names"]]
+def _names(recorded: Oracle) -> list[str]:
+    return [str(name) for name in recorded["structure/names"]]
 
 
-def structure_of(found: Oracle, design: Design = RELEASED) -> Structure:
+def structure_of(recorded: Oracle, design: Design = RELEASED) -> Structure:
     """Ours with the authors' weights; rows 1 and 2 of the statistics are those of their characters."""
-    body = character(found, 0, "any")
-    made = Structure(layout_of(body.skeleton.parents.tolist(), body.roles), design, ("a", "b"))
-    fill(made, found)
-    for mine, name in ((made.mean, "norm/mean"), (made.deviation, "norm/var")):
-        mine[1:].flatten(1)[:, :-1] = found[name][..., 0]
-    made.mean[1:, -1, 3], made.deviation[1:, -1, 3] = 0.0, 1.0
-    return made
+    body = character(recorded, 0, "any")
+    structure = Structure(layout_of(body.skeleton.parents.tolist(), body.roles), design, ("a", "b"))
+    fill(structure, recorded)
+    for statistic, name in ((structure.mean, "norm/mean"), (structure.deviation, "norm/var")):
+        statistic[1:].flatten(1)[:, :-1] = recorded[name][..., 0]
+    structure.mean[1:, -1, 3], structure.deviation[1:, -1, 3] = 0.0, 1.0
+    return structure
 
 
-def fill(made: Structure, found: Oracle) -> None:
-    for theirs, ours in LAYERS.items():
-        take(made.get_submodule(f"{ours}.motion"), found, theirs)
-        take(made.get_submodule(f"{ours}.body"), found, f"{theirs}.offset_enc")
+def fill(structure: Structure, recorded: Oracle) -> None:
+    for authors_name, own_name in LAYERS.items():
+        take(structure.get_submodule(f"{own_name}.motion"), recorded, authors_name)
+        take(structure.get_submodule(f"{own_name}.body"), recorded, f"{authors_name}.offset_enc")
     for number in range(2):
-        take(made.skeleton.layers[number], found, f"static_encoder/layers.{number}.0")
+        take(structure.skeleton.layers[number], recorded, f"static_encoder/layers.{number}.0")
 
 
-def take(layer: Skeletal, found: Oracle, name: str) -> None:
-    weight = found[f"state/{name}.weight"]
+def take(layer: Skeletal, recorded: Oracle, name: str) -> None:
+    weight = recorded[f"state/{name}.weight"]
     layer.weight.data = blocks(layer.pairs, weight, layer.weight).contiguous()
     if layer.bias is not None:
-        layer.bias.data = found[f"state/{name}.bias"].view_as(layer.bias).clone()
+        layer.bias.data = recorded[f"state/{name}.bias"].view_as(layer.bias).clone()
 
 
-def discriminator_of(found: Oracle) -> Discriminator:
-    body = character(found, 0, "any")
+def discriminator_of(recorded: Oracle) -> Discriminator:
+    body = character(recorded, 0, "any")
     layout = layout_of(body.skeleton.parents.tolist(), body.roles)
-    made = Discriminator(RELEASED.levels(layout))
-    fill_discriminator(made, found)
-    return made
+    discriminator = Discriminator(RELEASED.levels(layout))
+    fill_discriminator(discriminator, recorded)
+    return discriminator
 
 
-def fill_discriminator(made: Discriminator, found: Oracle) -> None:
-    take(made.first, found, "discriminator/layers.0.0")
-    take(made.last, found, "discriminator/layers.1.0")
+def fill_discriminator(discriminator: Discriminator, recorded: Oracle) -> None:
+    take(discriminator.first, recorded, "discriminator/layers.0.0")
+    take(discriminator.last, recorded, "discriminator/layers.1.0")
     for name in ("weight", "bias", "running_mean", "running_var"):
-        getattr(made.norm, name).data = found[f"state/discriminator/layers.0.1.{name}"].clone()
+        getattr(discriminator.norm, name).data = recorded[f"state/discriminator/layers.0.1.{name}"].clone()
 
 
 def slots(channels: Tensor) -> Tensor:
@@ -131,22 +131,22 @@ def channels(values: Tensor) -> Tensor:
     return values.flatten(2)[..., :-1].transpose(1, 2)
 
 
-def bones(found: Oracle, rows: Any = None) -> Tensor:
+def bones(recorded: Oracle, rows: Any = None) -> Tensor:
     """``(rows, slots, 3)`` centimetres, of the characters of the input if not said otherwise; the root's
     offset, zero, is last."""
-    rows = found["input/character_of_sample"] if rows is None else rows
-    return found["structure/offsets"][rows.tolist()].roll(-1, 1)
+    rows = recorded["input/character_of_sample"] if rows is None else rows
+    return recorded["structure/offsets"][rows.tolist()].roll(-1, 1)
 
 
-def rows(found: Oracle) -> Tensor:
+def rows(recorded: Oracle) -> Tensor:
     """Of the statistics of the characters of the input."""
-    return torch.from_numpy(found["input/character_of_sample"]).long() + 1
+    return torch.from_numpy(recorded["input/character_of_sample"]).long() + 1
 
 
-def close(ours: Tensor, theirs: Tensor, relative: float = 1e-5) -> None:
+def close(actual: Tensor, expected: Tensor, relative: float = 1e-5) -> None:
     """Within a share of the largest of their numbers."""
-    assert ours.shape == theirs.shape
-    assert (ours - theirs).abs().max() <= relative * theirs.abs().max()
+    assert actual.shape == expected.shape
+    assert (actual - expected).abs().max() <= relative * expected.abs().max()
 
 
 def listed(table: np.ndarray) -> tuple[tuple[int, ...], ...]:
@@ -154,30 +154,34 @@ def listed(table: np.ndarray) -> tuple[tuple[int, ...], ...]:
 
 
 # ---------------------------------------------------------------------------------------- skeletons
-def test_neighbours_and_poolings_are_the_authors(found):
-    edges = Edges.of(found["structure/parents"].tolist())
-    assert [list(pair) for pair in edges.pairs] == found["edges/auto_encoder/0"].tolist()
-    assert edges.neighbours(2, "released") == listed(found["neighbours/auto_encoder/0"])
+def test_neighbours_and_poolings_are_the_authors(recorded):
+    edges = Edges.of(recorded["structure/parents"].tolist())
+    assert [list(pair) for pair in edges.pairs] == recorded["edges/auto_encoder/0"].tolist()
+    assert edges.neighbours(2, "released") == listed(recorded["neighbours/auto_encoder/0"])
     groups, left = edges.pooled()
-    assert groups == listed(found["pooling_list/auto_encoder/0"])
-    assert [list(pair) for pair in left.pairs] == found["edges/auto_encoder/1"].tolist()
-    assert left.neighbours(2, "released") == listed(found["neighbours/auto_encoder/1"])
-    assert left.pooled(entire=True)[0] == listed(found["pooling_list/auto_encoder/1"])
+    assert groups == listed(recorded["pooling_list/auto_encoder/0"])
+    assert [list(pair) for pair in left.pairs] == recorded["edges/auto_encoder/1"].tolist()
+    assert left.neighbours(2, "released") == listed(recorded["neighbours/auto_encoder/1"])
+    assert left.pooled(entire=True)[0] == listed(recorded["pooling_list/auto_encoder/1"])
     pairs, last = left.pooled()
-    assert pairs == listed(found["pooling_list/discriminator/1"])
-    assert [list(pair) for pair in last.pairs] == found["edges/discriminator/2"].tolist()
+    assert pairs == listed(recorded["pooling_list/discriminator/1"])
+    assert [list(pair) for pair in last.pairs] == recorded["edges/discriminator/2"].tolist()
 
 
-def test_weights_exist_where_the_authors_masks_are_one(found):
-    made, judge = structure_of(found), discriminator_of(found)
-    layers = {theirs: made.get_submodule(f"{ours}.motion") for theirs, ours in LAYERS.items()}
-    layers |= {
-        f"{theirs}.offset_enc": made.get_submodule(f"{ours}.body") for theirs, ours in LAYERS.items()
+def test_weights_exist_where_the_authors_masks_are_one(recorded):
+    structure, judge = structure_of(recorded), discriminator_of(recorded)
+    layers = {
+        authors_name: structure.get_submodule(f"{own_name}.motion")
+        for authors_name, own_name in LAYERS.items()
     }
-    layers |= {f"static_encoder/layers.{k}.0": made.skeleton.layers[k] for k in range(2)}
+    layers |= {
+        f"{authors_name}.offset_enc": structure.get_submodule(f"{own_name}.body")
+        for authors_name, own_name in LAYERS.items()
+    }
+    layers |= {f"static_encoder/layers.{k}.0": structure.skeleton.layers[k] for k in range(2)}
     layers |= {"discriminator/layers.0.0": judge.first, "discriminator/layers.1.0": judge.last}
     for name, layer in layers.items():
-        mask = torch.from_numpy(found[f"mask/{name}"])
+        mask = torch.from_numpy(recorded[f"mask/{name}"])
         mask = mask if mask.ndim == 3 else mask.unsqueeze(-1)
         inside = blocks(layer.pairs, mask, layer.weight)
         assert bool((inside == 1).all())
@@ -185,78 +189,84 @@ def test_weights_exist_where_the_authors_masks_are_one(found):
 
 
 # ----------------------------------------------------------------------------------------- networks
-def test_networks_answer_as_the_authors(found):
-    made = structure_of(found).eval()
-    seen = slots(found["input/motion"])
+def test_networks_answer_as_the_authors(recorded):
+    structure = structure_of(recorded).eval()
+    motion = slots(recorded["input/motion"])
     with torch.no_grad():
-        both = made.codes(bones(found, np.arange(2)))
-        close(both[0].view_as(found["output/skeleton_code/0"]), found["output/skeleton_code/0"])
-        close(both[1], found["output/skeleton_code/1"])
-        close(made.skeleton.layer(1, both[1]), found["output/skeleton_code/2"])
-        codes = made.codes(bones(found))
-        code = made.encoder(seen, codes)
-        close(code.flatten(2).transpose(1, 2), found["output/motion_code"])
-        decoded = made.decoder(code, codes)
-        close(channels(decoded), found["output/decoded"])
-        close(channels(made.plain(seen, rows(found))), found["output/motion_denormalised"])
-        made.freeze()
-        close(channels(made.decoder(made.encoder(seen, codes), codes)), found["output/decoded"])
+        both = structure.codes(bones(recorded, np.arange(2)))
+        close(both[0].view_as(recorded["output/skeleton_code/0"]), recorded["output/skeleton_code/0"])
+        close(both[1], recorded["output/skeleton_code/1"])
+        close(structure.skeleton.layer(1, both[1]), recorded["output/skeleton_code/2"])
+        codes = structure.codes(bones(recorded))
+        code = structure.encoder(motion, codes)
+        close(code.flatten(2).transpose(1, 2), recorded["output/motion_code"])
+        decoded = structure.decoder(code, codes)
+        close(channels(decoded), recorded["output/decoded"])
+        close(channels(structure.plain(motion, rows(recorded))), recorded["output/motion_denormalised"])
+        structure.freeze()
+        close(
+            channels(structure.decoder(structure.encoder(motion, codes), codes)), recorded["output/decoded"]
+        )
 
 
-def test_layers_answer_as_the_authors(found):
+def test_layers_answer_as_the_authors(recorded):
     """Behind poolings, which are part of our layers, and between two of them, which are not."""
-    made = structure_of(found).eval()
+    structure = structure_of(recorded).eval()
     leak = torch.nn.functional.leaky_relu
     with torch.no_grad():
-        codes = made.codes(bones(found))
-        seen = slots(found["input/motion"]).flatten(2).transpose(1, 2)
-        first, second = made.encoder.layers
-        close(leak(first(seen, codes[0]), 0.2), found["between/encoder_layer0"])
-        pools = [found[f"pool_weight/auto_encoder/enc.layers.{k}.1"] for k in range(2)]
-        close(first(seen, codes[0]), pools[0] @ found["between/encoder_conv0"])
-        hidden = found["between/encoder_layer0"]
-        close(leak(second(hidden, codes[1]), 0.2), found["between/encoder_layer1"])
-        close(second(hidden, codes[1]), pools[1] @ found["between/encoder_conv1"])
-        answer = made.decoder.layers[0](found["between/encoder_layer1"], codes[1])
-        close(leak(answer, 0.2), found["between/decoder_layer0"])
+        codes = structure.codes(bones(recorded))
+        motion = slots(recorded["input/motion"]).flatten(2).transpose(1, 2)
+        first, second = structure.encoder.layers
+        close(leak(first(motion, codes[0]), 0.2), recorded["between/encoder_layer0"])
+        pools = [recorded[f"pool_weight/auto_encoder/enc.layers.{k}.1"] for k in range(2)]
+        close(first(motion, codes[0]), pools[0] @ recorded["between/encoder_conv0"])
+        hidden = recorded["between/encoder_layer0"]
+        close(leak(second(hidden, codes[1]), 0.2), recorded["between/encoder_layer1"])
+        close(second(hidden, codes[1]), pools[1] @ recorded["between/encoder_conv1"])
+        answer = structure.decoder.layers[0](recorded["between/encoder_layer1"], codes[1])
+        close(leak(answer, 0.2), recorded["between/decoder_layer0"])
 
 
-def test_kinematics_are_the_authors(found):
-    kinematics = kinematics_of(found)
-    plain = slots(found["output/motion_denormalised"])
-    local = kinematics(plain, bones(found))
+def test_kinematics_are_the_authors(recorded):
+    kinematics = kinematics_of(recorded)
+    plain = slots(recorded["output/motion_denormalised"])
+    local = kinematics(plain, bones(recorded))
     root = plain[:, :, -1:, :3]
-    close(torch.cat([root, local[:, :, 1:]], 2), found["output/fk_relative_to_root"])
-    close(world(local, plain[:, :, -1], "position"), found["output/fk_world"])
-    close(torch.cat([root, kinematics.vectors(local)], 2), found["output/fk_bone_vectors"])
-    ends = world(local, plain[:, :, -1], "position")[:, :, found["structure/ee_ids"].tolist()]
-    close(ends, found["output/end_positions"])
-    heights = found["structure/height"][rows(found) - 1].view(2, 1, 1, 1)
-    close(10 * ends.diff(dim=1) / heights, found["output/end_velocities"])
+    close(torch.cat([root, local[:, :, 1:]], 2), recorded["output/fk_relative_to_root"])
+    close(world(local, plain[:, :, -1], "position"), recorded["output/fk_world"])
+    close(torch.cat([root, kinematics.vectors(local)], 2), recorded["output/fk_bone_vectors"])
+    ends = world(local, plain[:, :, -1], "position")[:, :, recorded["structure/ee_ids"].tolist()]
+    close(ends, recorded["output/end_positions"])
+    heights = recorded["structure/height"][rows(recorded) - 1].view(2, 1, 1, 1)
+    close(10 * ends.diff(dim=1) / heights, recorded["output/end_velocities"])
 
 
-def kinematics_of(found: Oracle) -> Kinematics:
-    body = character(found, 0, "any")
-    mine = aligned(body)
-    return Kinematics(LayoutBody(body, layout_of(mine.skeleton.parents.tolist(), mine.roles), mine.joints))
+def kinematics_of(recorded: Oracle) -> Kinematics:
+    body = character(recorded, 0, "any")
+    aligned_body = aligned(body)
+    return Kinematics(
+        LayoutBody(
+            body, layout_of(aligned_body.skeleton.parents.tolist(), aligned_body.roles), aligned_body.joints
+        )
+    )
 
 
 @pytest.mark.parametrize("training", [False, True], ids=["eval", "train"])
-def test_discriminators_answer_as_the_authors(found, training):
+def test_discriminators_answer_as_the_authors(recorded, training):
     for name in ("input", "decoded"):
-        judge = discriminator_of(found).train(training)
-        seen = bone_vectors(found, name)
-        scores = judge(seen)
-        close(scores, found[f"output/discriminator_of_{name}_{'train' if training else 'eval'}"])
+        judge = discriminator_of(recorded).train(training)
+        vectors = bone_vectors(recorded, name)
+        scores = judge(vectors)
+        close(scores, recorded[f"output/discriminator_of_{name}_{'train' if training else 'eval'}"])
 
 
-def bone_vectors(found: Oracle, name: str) -> Tensor:
+def bone_vectors(recorded: Oracle, name: str) -> Tensor:
     """What a discriminator sees, in the authors' order: the root's place, then bones."""
     if name == "input":
-        return found["output/fk_bone_vectors"].flatten(2).unflatten(2, (-1, 3))
-    plain = structure_of(found).plain(slots(found["output/decoded"]), rows(found))
-    kinematics = kinematics_of(found)
-    local = kinematics(plain, bones(found))
+        return recorded["output/fk_bone_vectors"].flatten(2).unflatten(2, (-1, 3))
+    plain = structure_of(recorded).plain(slots(recorded["output/decoded"]), rows(recorded))
+    kinematics = kinematics_of(recorded)
+    local = kinematics(plain, bones(recorded))
     return RELEASED.arranged(torch.cat([kinematics.vectors(local), plain[:, :, -1:, :3]], 2)).detach()
 
 
@@ -293,9 +303,11 @@ class Step:
             compare(pair, code, again)
 
         def answering(names: Any, there: int, *rest: Any) -> Any:
-            found = answers(names, there, *rest)
-            self.answers |= {(here, names[there]): each for here, each in zip(names, found, strict=False)}
-            return found
+            answered = answers(names, there, *rest)
+            self.answers |= {
+                (here, names[there]): each for here, each in zip(names, answered, strict=False)
+            }
+            return answered
 
         objective.add, objective.compare, module._answers = adding, comparing, answering
 
@@ -315,8 +327,8 @@ def training_module(oracle: Any) -> SanTraining:
         clips[name] = [ClipArrays(name, "still", single_precision(method.prepare(still)))]
     module = method.training_module(TrainingData(cast, clips), TrainingConfig(1, 4, 64, 1e-3))
     for name in BOTH:
-        known = structure_of(oracle(name))
-        module._structures[name].load_state_dict(known.state_dict())
+        structure = structure_of(oracle(name))
+        module._structures[name].load_state_dict(structure.state_dict())
         fill_discriminator(module.modules["discriminator"].discriminators[name], oracle(name))
     return module
 
@@ -324,31 +336,31 @@ def training_module(oracle: Any) -> SanTraining:
 def step_batch(oracle: Any) -> dict[str, Any]:
     record, sides = oracle("step"), []
     for number, name in enumerate(BOTH):
-        found = oracle(name)
-        known = structure_of(found)
+        recorded = oracle(name)
+        structure = structure_of(recorded)
         own = record[f"step/{name}/character"]
         bodies = [record[f"step/{other}_{name}/target_character"] for other in BOTH] + [own]
         which = torch.from_numpy(own.astype(np.int64)) + 1
-        edges = known.plain(slots(found["input/motion"]), which)
+        edges = structure.plain(slots(recorded["input/motion"]), which)
         sides.append(
             {
                 "structure": number,
                 "edges": edges,
-                **seen(found, own, frames=64),
-                "targets": seen(found, np.concatenate(bodies), frames=64),
+                **seen(recorded, own, frames=64),
+                "targets": seen(recorded, np.concatenate(bodies), frames=64),
             }
         )
     return {"sides": sides}
 
 
-def seen(found: Oracle, rows: np.ndarray, frames: int) -> dict[str, Tensor]:
+def seen(recorded: Oracle, rows: np.ndarray, frames: int) -> dict[str, Tensor]:
     """Bodies of a batch."""
     turn = torch.zeros(len(rows), frames, 2)
     turn[..., 0] = 1.0
     return {
         "which": torch.from_numpy(rows.astype(np.int64)) + 1,
-        "bones": bones(found, rows),
-        "unit": 1.0 / found["structure/real_height"][rows.tolist()],
+        "bones": bones(recorded, rows),
+        "unit": 1.0 / recorded["structure/real_height"][rows.tolist()],
         "turn": turn,
     }
 
@@ -371,8 +383,8 @@ def test_every_term_is_the_authors(step, oracle):
             expected += [("cycle", f"cycle_loss_{here}_{there}"), ("ends", f"ee_loss_{here}_{there}")]
             expected += [("adversarial", f"G_loss_{here}_{there}")] * (here != there)
     assert [name for name, _ in step.terms] == [name for name, _ in expected]
-    for (_, ours), (_, theirs) in zip(step.terms, expected, strict=True):
-        assert ours == pytest.approx(float(record[f"loss/{theirs}"]), rel=1e-5), theirs
+    for (_, value), (_, key) in zip(step.terms, expected, strict=True):
+        assert value == pytest.approx(float(record[f"loss/{key}"]), rel=1e-5), key
     total = sum(term.item() for term in step.generator.values())
     assert total == pytest.approx(float(record["loss/sum/loss_G_total"]), rel=1e-5)
     assert step.judged.item() == pytest.approx(float(record["loss/sum/loss_D"]), rel=1e-5)
@@ -381,14 +393,14 @@ def test_every_term_is_the_authors(step, oracle):
 @pytest.mark.parametrize("here", BOTH)
 @pytest.mark.parametrize("there", BOTH)
 def test_answers_in_the_step_are_the_authors(step, oracle, here, there):
-    record, answer, known = oracle("step"), step.answers[here, there], f"step/{here}_{there}"
-    close(channels(answer.edges), record[f"{known}/retargeted"])
-    close(step.again[here, there].flatten(2).transpose(1, 2), record[f"{known}/code_of_retargeted"])
+    record, answer, prefix = oracle("step"), step.answers[here, there], f"step/{here}_{there}"
+    close(channels(answer.edges), record[f"{prefix}/retargeted"])
+    close(step.again[here, there].flatten(2).transpose(1, 2), record[f"{prefix}/code_of_retargeted"])
     vectors = step.module._discriminator_inputs(there, answer)
-    close(vectors, record[f"{known}/bone_vectors"])
+    close(vectors, record[f"{prefix}/bone_vectors"])
     ends = answer.in_heights[:, :, oracle(there)["structure/ee_ids"].tolist()]
     # differences of positions about a height away, in single precision: in double ours differ as much
-    assert (10 * ends.diff(dim=1) - record[f"{known}/end_velocities"]).abs().max() < 1e-5
+    assert (10 * ends.diff(dim=1) - record[f"{prefix}/end_velocities"]).abs().max() < 1e-5
     rests = (10 * ends.diff(dim=1)).norm(dim=-1) < 0.008
     order = [(a, b) for a in BOTH for b in BOTH].index((here, there))
     assert rests.float().mean().item() == pytest.approx(float(record["share_of_rest"][order]), rel=1e-5)
@@ -396,22 +408,25 @@ def test_answers_in_the_step_are_the_authors(step, oracle, here, there):
 
 def test_gradients_of_the_generator_have_the_authors_norms(step, oracle):
     record, compared = oracle("step"), 0
-    names = {theirs.split("/")[1]: f"{ours}.motion" for theirs, ours in LAYERS.items()}
-    names |= {f"{theirs}.offset_enc": ours.replace("motion", "body") for theirs, ours in names.items()}
+    names = {authors_name.split("/")[1]: f"{own_name}.motion" for authors_name, own_name in LAYERS.items()}
+    names |= {
+        f"{authors_name}.offset_enc": own_name.replace("motion", "body")
+        for authors_name, own_name in names.items()
+    }
     for key in (name for name in record.names if name.startswith("grad_norm/")):
         _, structure, network, parameter = key.split("/")
         layer, kind = parameter.rsplit(".", 1)
         if network == "auto_encoder":
-            ours = f"{structure}.{names[layer]}.{kind}"
+            own_name = f"{structure}.{names[layer]}.{kind}"
         elif network == "static_encoder":
-            ours = f"{structure}.skeleton.layers.0.{kind}"
+            own_name = f"{structure}.skeleton.layers.0.{kind}"
         else:
             continue
         # what the last layer adds to all frames has a gradient that nearly cancels: theirs, in single
         # precision, is up to 6e-5 away from ours in double
         added = "dec.layers.1.2" in key and not key.endswith("1.2.weight")
         rounding = 1e-4 if added else 1e-5
-        assert step.gradients[ours] == pytest.approx(float(record[key]), rel=rounding), key
+        assert step.gradients[own_name] == pytest.approx(float(record[key]), rel=rounding), key
         compared += 1
     assert compared == len(step.gradients)
 
@@ -429,7 +444,7 @@ def test_gradients_of_discriminators_have_the_authors_norms(step, oracle, name):
     for judge in (lean, plain):
         judge(fake)  # the generator's part of the step: only statistics remain of it
         discriminator_loss(judge(real), judge(fake)).backward()
-    ours = {
+    tensors = {
         "layers.0.0.weight": lean.first.weight,
         "layers.0.1.weight": lean.norm.weight,
         "layers.0.1.bias": lean.norm.bias,
@@ -440,11 +455,11 @@ def test_gradients_of_discriminators_have_the_authors_norms(step, oracle, name):
         "layers.0.2.weight": plain.pool0,
         "layers.1.1.weight": plain.pool1,
     }
-    known = {key.rsplit("/", 1)[1]: key for key in record.names if f"{name}/discriminator/layers" in key}
-    known = {key: value for key, value in known.items() if value.startswith("grad_norm")}
-    assert known.keys() == ours.keys()
-    for key, each in ours.items():
-        assert each.grad.norm().item() == pytest.approx(float(record[known[key]]), rel=1e-5), key
+    keys = {key.rsplit("/", 1)[1]: key for key in record.names if f"{name}/discriminator/layers" in key}
+    keys = {key: value for key, value in keys.items() if value.startswith("grad_norm")}
+    assert keys.keys() == tensors.keys()
+    for key, each in tensors.items():
+        assert each.grad.norm().item() == pytest.approx(float(record[keys[key]]), rel=1e-5), key
     after = f"step/{name}/discriminator_buffers_after/layers.0.1"
     norm = step.module.modules["discriminator"].discriminators[name].norm
     for buffer in ("running_mean", "running_var"):
@@ -455,16 +470,16 @@ def test_gradients_of_discriminators_have_the_authors_norms(step, oracle, name):
 @pytest.mark.parametrize("name", BOTH)
 def test_the_error_they_print_is_of_world_positions(oracle, name):
     """Mean square of coordinates in heights, by our kinematics of the channels that they wrote."""
-    record, found = oracle("step"), oracle(name)
-    kinematics, errors = kinematics_of(found), []
+    record, recorded = oracle("step"), oracle(name)
+    kinematics, errors = kinematics_of(recorded), []
     offsets = record[f"get_error/{name}/offsets"].roll(-1, 0).unsqueeze(0)
     for number in range(2):
         places = []
         for kind in ("gt", "0"):
             plain = slots(record[f"get_error/{name}/{number}/raw_{kind}"].unsqueeze(0))
-            found_places = world(kinematics(plain, offsets), plain[:, :, -1], "position")[0]
-            close(found_places, record[f"get_error/{name}/{number}/positions_{kind}"], 1e-4)
-            places.append(found_places)
+            positions = world(kinematics(plain, offsets), plain[:, :, -1], "position")[0]
+            close(positions, record[f"get_error/{name}/{number}/positions_{kind}"], 1e-4)
+            places.append(positions)
         apart = (places[0] - places[1]) / record[f"get_error/{name}/height"]
         errors.append(apart.square().mean().item())
     assert errors == pytest.approx(record[f"get_error/{name}/error_per_motion"].tolist(), rel=1e-4)
