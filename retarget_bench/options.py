@@ -92,6 +92,9 @@ class Option:
             raise BenchError(f"{self.name}: {value!r} is not known; it is one of {choices}")
         if problem := misfit(self.name, value, self.kind):
             raise BenchError(problem)
+        if self.several and _is_empty(value):
+            text = value if isinstance(value, str) else " ".join(value)
+            raise BenchError(f"{self.name}: {text!r} names nothing; leave it out for all, or name some")
         bounds = (
             ("at least", self.at_least, operator.ge),
             ("above", self.above, operator.gt),
@@ -104,6 +107,12 @@ class Option:
                 f"{self.name} is {number}; it must be "
                 + " and ".join(f"{words} {limit:g}" for words, limit, _ in limits)
             )
+
+
+def _is_empty(names: Any) -> bool:
+    """True for texts that hold nothing but commas and blanks."""
+    texts = [names] if isinstance(names, str) else names or ()
+    return any(texts) and all(isinstance(each, str) for each in texts) and not listed(texts)
 
 
 def option(

@@ -59,12 +59,12 @@ class AskedHere:
     def __init__(self, method: Spec) -> None:
         self.method = method
 
-    def ask(self, asked: Sequence[tuple[Case, Context]]) -> list[Outcome]:
-        return predict_all(bound.method(self.method).built, *map(list, zip(*asked, strict=True)))
+    def ask(self, questions: Sequence[tuple[Case, Context]]) -> list[Outcome]:
+        return predict_all(bound.method(self.method).built, *map(list, zip(*questions, strict=True)))
 
-    def ask_alone(self, asked: Sequence[tuple[Case, Context]]) -> tuple[list[Outcome], float]:
+    def ask_alone(self, questions: Sequence[tuple[Case, Context]]) -> tuple[list[Outcome], float]:
         start = time.perf_counter()
-        return self.ask(asked), time.perf_counter() - start
+        return self.ask(questions), time.perf_counter() - start
 
 
 class PoolHere:
@@ -100,11 +100,11 @@ def in_process(request: pytest.FixtureRequest) -> Iterator[None]:
         yield
 
 
-def run_here(wanted: plan.Plan) -> list[ResultPaths]:
+def run_here(run_plan: plan.Plan) -> list[ResultPaths]:
     """The results of a run without other processes."""
     with pytest.MonkeyPatch.context() as patch:
         _patch(patch)
-        return runner.run(wanted, lambda done, total: None)
+        return runner.run(run_plan, lambda done, total: None)
 
 
 def _patch(patch: pytest.MonkeyPatch) -> None:

@@ -88,13 +88,13 @@ def other_plug_ins(file: Path) -> Iterator[str]:
 
 def test_a_plug_in_imports_no_other_but_the_one_that_it_is_a_variant_of():
     """What two plug-ins need stands in the engine; what learned methods need, in ``training/layers``."""
-    found = {
+    importing = {
         (leaf(file), other)
         for room in ROOMS
         for file in python_files(ROOT / room)
         for other in other_plug_ins(file)
     }
-    assert found == set(VARIANTS.items())
+    assert importing == set(VARIANTS.items())
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -172,10 +172,14 @@ def test_packages_import_in_one_direction():
     rank = {name: number for number, name in enumerate(ORDER)}
     offences = []
     for file in engine_files():
-        mine = module_of(file).split(".")[0]
+        own_package = module_of(file).split(".")[0]
         for name in relative_imports(file):
-            theirs = name.split(".")[0]
-            if mine not in ("", "__main__", theirs) and theirs in rank and rank[theirs] > rank[mine]:
+            other_package = name.split(".")[0]
+            if (
+                own_package not in ("", "__main__", other_package)
+                and other_package in rank
+                and rank[other_package] > rank[own_package]
+            ):
                 offences.append(f"{module_of(file)} imports {name}")
     assert not offences
     packages = {module_of(file).split(".")[0] for file in engine_files()} - {"", "__main__"}
@@ -192,12 +196,12 @@ def test_modules_do_not_import_each_other_in_a_circle():
         - {"", module_of(file)}
         for file in engine_files()
     }
-    while free := {module for module, theirs in needs.items() if not theirs}:
-        needs = {module: theirs - free for module, theirs in needs.items() if module not in free}
+    while free := {module for module, needed in needs.items() if not needed}:
+        needs = {module: needed - free for module, needed in needs.items() if module not in free}
     left = {module for module in needs if not module.startswith("report.")}
     while free := {m for m in left if not any(m in needs[other] for other in needs if other != m)}:
         left -= free  # imported by none of the rest: it waits for a circle and is in none
-        needs = {module: theirs for module, theirs in needs.items() if module not in free}
+        needs = {module: needed for module, needed in needs.items() if module not in free}
     assert not left
 
 
@@ -229,16 +233,16 @@ WORDS = {
 
 def test_the_engine_names_plug_ins_in_defaults_alone():
     folders = (ROOT / room for room in (*ROOMS, "methods/posts"))
-    named = {path.stem for folder in folders for path in folder.iterdir() if path.suffix in ("", ".py")}
-    named -= WORDS | {"posts", "__pycache__", "__init__"}
-    written = re.compile(rf"({'|'.join(sorted(named))})(\[.*)?")
+    plug_ins = {path.stem for folder in folders for path in folder.iterdir() if path.suffix in ("", ".py")}
+    plug_ins -= WORDS | {"posts", "__pycache__", "__init__"}
+    written = re.compile(rf"({'|'.join(sorted(plug_ins))})(\[.*)?")
     offences = []
     for file in engine_files():
-        whole = tree(file)
-        docs = {id(n.value) for n in ast.walk(whole) if isinstance(n, ast.Expr)}
+        parsed = tree(file)
+        docs = {id(n.value) for n in ast.walk(parsed) if isinstance(n, ast.Expr)}
         offences += [
             f"{module_of(file)}, line {node.lineno}: {node.value!r}"
-            for node in ast.walk(whole)
+            for node in ast.walk(parsed)
             if isinstance(node, ast.Constant)
             and isinstance(node.value, str)
             and id(node) not in docs
@@ -278,10 +282,10 @@ def test_every_package_says_what_it_may_import_and_what_it_offers():
 # ------------------------------------------------------------------------------------- cost of imports
 def modules_after(code: str) -> set[str]:
     report = f"{code}\nimport sys, json\nprint(json.dumps(sorted(sys.modules)))"
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-c", report], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    return set(json.loads(done.stdout.splitlines()[-1]))
+    return set(json.loads(completed.stdout.splitlines()[-1]))
 
 
 HEAVY = {"torch", "scipy", "pandas", "matplotlib", "pydantic", "tqdm"}
@@ -339,11 +343,11 @@ def wheel(tmp_path_factory) -> Path:
         )
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, copy)
-    made = tmp_path_factory.mktemp("wheel")
+    folder = tmp_path_factory.mktemp("wheel")
     build = "import sys; from setuptools.build_meta import build_wheel; build_wheel(sys.argv[1])"
-    subprocess.run([sys.executable, "-c", build, made], cwd=copy, check=True, capture_output=True)
-    (found,) = made.glob("*.whl")
-    return found
+    subprocess.run([sys.executable, "-c", build, folder], cwd=copy, check=True, capture_output=True)
+    (built,) = folder.glob("*.whl")
+    return built
 
 
 def test_the_wheel_holds_what_the_folders_hold(wheel):
@@ -396,16 +400,16 @@ def test_an_unpacked_wheel_passes_its_own_gate_on_another_processor(wheel, tmp_p
         "OPENBLAS_CORETYPE": "Prescott",
         "RETARGET_BENCH_CACHE": str(tmp_path / "cache"),
     }
-    asked = [word for method in methods for word in ("--methods", method)]
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-m", "retarget_bench", "check", *asked],
+    options = [word for method in methods for word in ("--methods", method)]
+    completed = subprocess.run(
+        [sys.executable, "-W", "ignore", "-m", "retarget_bench", "check", *options],
         cwd=tmp_path,
         env=os.environ | other,
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 0, done.stdout + done.stderr
-    rows = re.search(r"^(\d+) compared: \1 same, 0 not\.$", done.stdout, re.MULTILINE)
+    assert completed.returncode == 0, completed.stdout + completed.stderr
+    rows = re.search(r"^(\d+) compared: \1 same, 0 not\.$", completed.stdout, re.MULTILINE)
     assert rows is not None
     assert int(rows[1]) > least
 
@@ -423,7 +427,7 @@ def test_versions_and_names_agree():
 def test_every_dependency_is_pinned():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     pins = dict(re.findall(r"^([a-z0-9-]+)==(\S+)$", (ROOT / "constraints.txt").read_text(), re.MULTILINE))
-    asked = [*project["dependencies"], *project["optional-dependencies"]["test"]]
-    names = {re.split(r"[><=\[ ]", each)[0].lower().replace("_", "-") for each in asked}
+    requirements = [*project["dependencies"], *project["optional-dependencies"]["test"]]
+    names = {re.split(r"[><=\[ ]", each)[0].lower().replace("_", "-") for each in requirements}
     assert names <= set(pins)
     assert pins["torch"] == "2.13.0"

@@ -66,6 +66,6 @@ def test_every_script_begins():
     assert len(project["optional-dependencies"]["benchmark"]) == 4
     others = {f"no {name}" for name in ("bvh", "pybvh", "pytorch_kinematics", "pymotion")}
     line = [sys.executable, "-c", BEGUN, *map(str, SCRIPTS)]
-    done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=True)
-    wrong = json.loads(done.stdout.splitlines()[-1])
-    assert {script: told for script, told in wrong.items() if told and told not in others} == {}
+    completed = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=True)
+    wrong = json.loads(completed.stdout.splitlines()[-1])
+    assert {script: message for script, message in wrong.items() if message and message not in others} == {}

@@ -119,28 +119,28 @@ def run(tmp_path):
     if python is None:
         pytest.skip("no bpy here; RETARGET_BENCH_BPY may name a Python that has it")
 
-    def asked(source: Path, target: Path, **options: object) -> dict:
-        asked = {
+    def in_blender(source: Path, target: Path, **options: object) -> dict:
+        job = {
             "source": str(source),
             "target": str(target),
             "tools": str(ROOT / "tools"),
             "transform": {},
         }
-        asked |= {"command": f"{sys.executable} -m retarget_bench", "method": "ik", "source_import": {}}
-        asked |= {"target_import": {"global_scale": 0.01}} | options
-        done = subprocess.run(
-            [python, "-c", IN_BLENDER, json.dumps(asked)],
+        job |= {"command": f"{sys.executable} -m retarget_bench", "method": "ik", "source_import": {}}
+        job |= {"target_import": {"global_scale": 0.01}} | options
+        completed = subprocess.run(
+            [python, "-c", IN_BLENDER, json.dumps(job)],
             capture_output=True,
             text=True,
             env={**os.environ, "PYTHONPATH": str(ROOT)},
             timeout=120,
             check=False,
         )
-        line = next((line for line in done.stdout.splitlines() if line.startswith("FOUND")), None)
-        assert line is not None, done.stdout[-2000:] + done.stderr[-2000:]
+        line = next((line for line in completed.stdout.splitlines() if line.startswith("FOUND")), None)
+        assert line is not None, completed.stdout[-2000:] + completed.stderr[-2000:]
         return json.loads(line.removeprefix("FOUND"))
 
-    return asked
+    return in_blender
 
 
 @pytest.fixture
@@ -181,13 +181,13 @@ def expected(source: Path, target: Path, method: str = "ik") -> importer.Importe
     return importer.load(out, Reading(unit="cm", up="y"))
 
 
-def farthest(found: dict, wanted: importer.Imported, moved: tuple[float, float, float]) -> float:
+def farthest(report: dict, loaded: importer.Imported, moved: tuple[float, float, float]) -> float:
     """Metres between the same joints in Blender (Z up) and in the file, at worst."""
-    names = wanted.motion.skeleton.names
-    x, y, z = (np.array([[row[name] for name in names] for row in found["places"]]) - moved).transpose(
+    names = loaded.motion.skeleton.names
+    x, y, z = (np.array([[row[name] for name in names] for row in report["places"]]) - moved).transpose(
         2, 0, 1
     )
-    apart = np.linalg.norm(np.stack([x, z, -y], axis=-1) - wanted.motion.positions, axis=-1)
+    apart = np.linalg.norm(np.stack([x, z, -y], axis=-1) - loaded.motion.positions, axis=-1)
     print(f"{1000 * apart.max():.4f} mm")
     return float(apart.max())
 
@@ -217,30 +217,30 @@ UPRIGHT_OBJECT = {"axis_forward": "Y", "axis_up": "Z", "global_scale": 1.0}
 )
 def test_the_action_is_what_the_command_makes_of_the_files(run, files, options, moved):
     """To a millimetre, in every joint and frame; the scene's frame stays."""
-    found = run(*files, **options)
-    assert (found["done"], found["frame"], found["running"]) == (["FINISHED"], 7, False)
-    assert found["action"] == "person on tall"
-    assert len(found["places"]) == FRAMES
-    assert farthest(found, expected(*files, options.get("method", "ik")), moved) < 1e-3
+    report = run(*files, **options)
+    assert (report["done"], report["frame"], report["running"]) == (["FINISHED"], 7, False)
+    assert report["action"] == "person on tall"
+    assert len(report["places"]) == FRAMES
+    assert farthest(report, expected(*files, options.get("method", "ik")), moved) < 1e-3
 
 
 @pytest.mark.parametrize("cancel", [False, True])
 def test_the_button_does_not_wait_for_the_command(run, files, cancel):
-    found = run(*files, method="copy_rotations", cancel=cancel)
-    seconds, running, alive = found["busy"]
+    report = run(*files, method="copy_rotations", cancel=cancel)
+    seconds, running, alive = report["busy"]
     assert seconds < 5
     assert running
     assert alive
-    assert found["answers"][0] == "RUNNING_MODAL"
-    assert found["over"]  # the command ended, its folder and the timer are gone
-    assert not found["running"]
+    assert report["answers"][0] == "RUNNING_MODAL"
+    assert report["over"]  # the command ended, its folder and the timer are gone
+    assert not report["running"]
     if cancel:
-        assert found["answers"][1:] == ["CANCELLED"]
-        assert "action" not in found
+        assert report["answers"][1:] == ["CANCELLED"]
+        assert "action" not in report
     else:
-        assert set(found["answers"][1:-1]) == {"PASS_THROUGH"}
-        assert found["answers"][-1] == "FINISHED"
-        assert farthest(found, expected(*files, "copy_rotations"), (0.0, 0.0, 0.0)) < 1e-3
+        assert set(report["answers"][1:-1]) == {"PASS_THROUGH"}
+        assert report["answers"][-1] == "FINISHED"
+        assert farthest(report, expected(*files, "copy_rotations"), (0.0, 0.0, 0.0)) < 1e-3
 
 
 def test_an_animal_with_tail_and_rolls(run, files, tmp_path):
@@ -253,21 +253,21 @@ def test_an_animal_with_tail_and_rolls(run, files, tmp_path):
     for blank in ("Bip01 L ", "Bip01 R ", "Bip01 "):
         text = text.replace(blank, blank.replace(" ", "_"))
     hen.write_text(text)
-    found = run(hen, hen, method="copy_rotations")
-    assert found["done"] == ["FINISHED"], found["said"]
-    assert farthest(found, importer.load(hen, Reading(unit="cm", up="y")), (0.0, 0.0, 0.0)) < 1e-3
+    report = run(hen, hen, method="copy_rotations")
+    assert report["done"] == ["FINISHED"], report["said"]
+    assert farthest(report, importer.load(hen, Reading(unit="cm", up="y")), (0.0, 0.0, 0.0)) < 1e-3
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"method": "no_such_method"}, "no_such_method"),
         ({"command": "/no/such/bench"}, "was not found"),
         ({"transform": {"scale": [1.0, 2.0, 1.0]}}, "apply its scale"),
     ],
 )
-def test_errors_are_reports_and_leave_the_target_alone(run, files, options, said):
-    found = run(*files, **options)
-    assert said in found["said"]
-    assert "Traceback" not in found["said"]
-    assert (found["done"], found["running"], "action" in found) == ([], False, False)
+def test_errors_are_reports_and_leave_the_target_alone(run, files, options, message):
+    report = run(*files, **options)
+    assert message in report["said"]
+    assert "Traceback" not in report["said"]
+    assert (report["done"], report["running"], "action" in report) == ([], False, False)

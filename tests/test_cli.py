@@ -55,18 +55,18 @@ def bench(capsys):
 
 
 def test_help_names_every_command_with_the_line_of_its_own_help(bench):
-    done = bench("--help")
-    assert done.code == 0
+    result = bench("--help")
+    assert result.code == 0
     for name in cli.COMMANDS:
-        assert re.search(rf"^  {name}  ", done.out, re.MULTILINE)
+        assert re.search(rf"^  {name}  ", result.out, re.MULTILINE)
         assert bench(name, "--help").code == 0
 
 
 @pytest.mark.parametrize(("typed", "meant"), [("rnu", "run"), ("lst", "list"), ("retargt", "retarget")])
 def test_a_mistyped_command_suggests_the_near_one(bench, typed, meant):
-    done = bench(typed)
-    assert done.code == 2
-    assert f"no command is called '{typed}'; did you mean {meant}" in done.err
+    result = bench(typed)
+    assert result.code == 2
+    assert f"no command is called '{typed}'; did you mean {meant}" in result.err
 
 
 def test_root_is_short_for_the_data_sets_parameter():
@@ -77,11 +77,11 @@ def test_root_is_short_for_the_data_sets_parameter():
 
 # ---------------------------------------------------------------------------------------------- failing
 def test_an_error_is_one_line_and_status_2(bench):
-    done = bench("info", "no_such_thing_at_all")
-    assert done.code == 2
-    assert done.err.startswith("bench: nothing is called 'no_such_thing_at_all'; known are ")
-    assert done.err.count("\n") == 1
-    assert done.out == ""
+    result = bench("info", "no_such_thing_at_all")
+    assert result.code == 2
+    assert result.err.startswith("bench: nothing is called 'no_such_thing_at_all'; known are ")
+    assert result.err.count("\n") == 1
+    assert result.out == ""
 
 
 def test_the_traceback_is_there_for_those_who_ask(monkeypatch):
@@ -90,17 +90,19 @@ def test_the_traceback_is_there_for_those_who_ask(monkeypatch):
         cli.main(["--traceback", "info", "no_such_thing_at_all"])
 
 
-@pytest.mark.parametrize(("command", "told"), [("run", "continues from there"), ("list", "interrupted.")])
-def test_an_interrupt_is_a_sentence_and_status_130(bench, monkeypatch, command, told):
+@pytest.mark.parametrize(
+    ("command", "message"), [("run", "continues from there"), ("list", "interrupted.")]
+)
+def test_an_interrupt_is_a_sentence_and_status_130(bench, monkeypatch, command, message):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(registry, "names", interrupted)
     monkeypatch.setattr(registry, "working", interrupted)
-    done = bench(command)
-    assert done.code == 130
-    assert told in done.err
-    assert "Traceback" not in done.err
+    result = bench(command)
+    assert result.code == 130
+    assert message in result.err
+    assert "Traceback" not in result.err
 
 
 SLOW = '''"""Sleeps while it is imported."""
@@ -165,9 +167,9 @@ def test_a_run_that_is_terminated_leaves_nothing(tmp_path, bows):
 
 def test_a_closed_pipe_is_no_error():
     command = f"{sys.executable} -m retarget_bench list | head -n 1"
-    done = subprocess.run(command, shell=True, cwd=ROOT, capture_output=True, text=True, check=True)
-    assert done.stdout == "Methods\n"
-    assert done.stderr == ""
+    completed = subprocess.run(command, shell=True, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert completed.stdout == "Methods\n"
+    assert completed.stderr == ""
 
 
 # ------------------------------------------------------------------------------------- list, info, new
@@ -201,16 +203,16 @@ def test_info_shows_parameters_and_formulas(bench):
 @pytest.mark.parametrize("words", [["list"], ["info", "humot"], ["info", "ik"], ["info", "contact"]])
 def test_lists_and_descriptions_fit_the_terminal(monkeypatch, words, columns):
     monkeypatch.setenv("COLUMNS", str(columns))
-    done = CliRunner().invoke(cli.group, words)
-    assert done.exit_code == 0
-    assert columns - 15 < max(map(len, done.output.splitlines())) <= columns
+    result = CliRunner().invoke(cli.group, words)
+    assert result.exit_code == 0
+    assert columns - 15 < max(map(len, result.output.splitlines())) <= columns
 
 
 @pytest.mark.parametrize("kind", ["method", "metric", "dataset", "post"])
 def test_a_new_plug_in_runs_as_it_is(bench, bows, kind):
-    done = bench("new", kind, "mine")
-    assert done.code == 0
-    assert "wrote mine.py" in done.out
+    result = bench("new", kind, "mine")
+    assert result.code == 0
+    assert "wrote mine.py" in result.out
     text = Path("mine.py").read_text()
     assert "my_" not in text.replace("my_plugin", "")
     assert "class Mine:" in text
@@ -257,8 +259,8 @@ def test_a_new_package_has_an_entry_point_and_a_test(bench, kind, group):
 
 # ----------------------------------------------------------------------------------------- export-cases
 def test_exported_cases_hold_inputs_and_no_reference(bench, bows):
-    done = bench("export", "--questions", "bows.py[frames=12]", "out")
-    assert done.code == 0, done.err
+    result = bench("export", "--questions", "bows.py[frames=12]", "out")
+    assert result.code == 0, result.err
     manifest = json.loads(Path("out/manifest.json").read_text())
     assert manifest["dataset"] == "bows[frames=12]"
     data = registry.create("datasets", "bows[frames=12]")
@@ -284,12 +286,12 @@ def test_predictions_made_from_an_export_are_scored(bench, bows):
         source = np.load(f"out/{case['source_file']}.npz")
         root = np.tile([[0.0, 0.5, 0.0]], (case["frames"], 1))
         np.savez(f"out/{case['prediction']}.npz", rotations=source["rotations"], root=root)
-    done = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-j", "1")
-    assert done.code == 0, done.err
-    assert "theirs" in done.out
+    result = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-j", "1")
+    assert result.code == 0, result.err
+    assert "theirs" in result.out
     (rows,) = Path("runs").rglob("intra/theirs.csv")
-    found = [line.split(",") for line in rows.read_text().splitlines()]
-    hips = {row[0]: float(row[-1]) for row in found if "root_path.vertical" in row}
+    cells = [line.split(",") for line in rows.read_text().splitlines()]
+    hips = {row[0]: float(row[-1]) for row in cells if "root_path.vertical" in row}
     data = registry.create("datasets", "bows[frames=12]")
     for info in data.cases("retarget", "intra"):
         case = data.load(info)
@@ -302,9 +304,9 @@ def test_an_export_of_one_split_is_scored_on_that_one_alone(bench, bows):
     for case in json.loads(Path("out/manifest.json").read_text())["cases"]:
         source = np.load(f"out/{case['source_file']}.npz")
         np.savez(f"out/{case['prediction']}.npz", rotations=source["rotations"], root=source["root"])
-    done = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-j", "1")
-    assert done.code == 0, done.err
+    result = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-j", "1")
+    assert result.code == 0, result.err
     assert [path.parent.name for path in Path("runs").rglob("theirs.json")] == ["intra"]
-    done = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-s", "cross,self")
-    assert done.code == 2
-    assert "manifest.json lists no case of cross or self; there are those of intra" in done.err
+    result = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-s", "cross,self")
+    assert result.code == 2
+    assert "manifest.json lists no case of cross or self; there are those of intra" in result.err

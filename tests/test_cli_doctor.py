@@ -29,17 +29,17 @@ def files(tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(registry, "_FILES", {})
     bvh.write(Path("bow.bvh"), bowing(tmp_path)["large"], scale=17.0)
-    made = person(np.random.default_rng(0), frames=4, size=100.0)
-    made.animate("nod", {(3, "rotation"): ([0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]])})
-    made.save(Path("anna.glb"))
+    figure = person(np.random.default_rng(0), frames=4, size=100.0)
+    figure.animate("nod", {(3, "rotation"): ([0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]])})
+    figure.save(Path("anna.glb"))
     smpl_files.archive(Path("amass.npz"), smpl_files.parameters(np.random.default_rng(0)))
 
 
-def same(found: importer.Imported, expected: importer.Imported) -> None:
-    np.testing.assert_array_equal(found.motion.positions, expected.motion.positions)
-    np.testing.assert_array_equal(found.motion.rotations, expected.motion.rotations)
-    assert found.motion.character.roles == expected.motion.character.roles
-    assert found.motion.fps == expected.motion.fps
+def same(actual: importer.Imported, expected: importer.Imported) -> None:
+    np.testing.assert_array_equal(actual.motion.positions, expected.motion.positions)
+    np.testing.assert_array_equal(actual.motion.rotations, expected.motion.rotations)
+    assert actual.motion.character.roles == expected.motion.character.roles
+    assert actual.motion.fps == expected.motion.fps
 
 
 @pytest.mark.parametrize(
@@ -52,10 +52,10 @@ def test_a_saved_reading_gives_the_same_motion_whatever_is_guessed(bench, name):
     assert "wrote kept/reading.toml" in out
     file, plain = MotionFile.parse(name), re.split(r"[#\[]", name)[0]
     again = MotionFile.parse(f"{plain}[reading=kept/reading.toml]")
-    expected, found = (importer.load(each.path, each.reading) for each in (file, again))
-    same(found, expected)
+    expected, actual = (importer.load(each.path, each.reading) for each in (file, again))
+    same(actual, expected)
     assert again.reading == expected.settled
-    findings = found.findings
+    findings = actual.findings
     assert (findings.unit_explicit, findings.up_explicit) == (True, True)
     assert importer.load(plain, Reading(reading="kept/reading.toml")).findings == findings
     np.testing.assert_array_equal(
@@ -65,15 +65,20 @@ def test_a_saved_reading_gives_the_same_motion_whatever_is_guessed(bench, name):
 
 def test_what_is_said_beside_a_saved_reading_wins():
     Path("r.toml").write_text('unit = "mm"\nup = "z"\n\n[roles]\nHead = "none"\n')
-    found = MotionFile.parse("bow.bvh[reading=r.toml,unit=cm]").reading
-    assert (found.unit, found.up, found.overrides, found.reading) == ("cm", "z", {"Head": None}, None)
+    reading = MotionFile.parse("bow.bvh[reading=r.toml,unit=cm]").reading
+    assert (reading.unit, reading.up, reading.overrides, reading.reading) == (
+        "cm",
+        "z",
+        {"Head": None},
+        None,
+    )
     Path("roles.toml").write_text('Head = "head"\n')
     assert Reading(reading="r.toml", roles="roles.toml").overrides == {"Head": "head"}
     assert Reading(roles="r.toml").overrides == {"Head": None}, "the table of a reading alone"
 
 
 @pytest.mark.parametrize(
-    ("text", "path", "said"),
+    ("text", "path", "expected"),
     [
         ("bow.bvh", "bow.bvh", {}),
         ("bow.bvh[]", "bow.bvh[]", {}),
@@ -87,14 +92,14 @@ def test_what_is_said_beside_a_saved_reading_wins():
         ("gone.bvh[unit=cm]", "gone.bvh", {"unit": "cm"}),
     ],
 )
-def test_brackets_behind_a_name(text, path, said):
+def test_brackets_behind_a_name(text, path, expected):
     for name in ("odd[a=1].bvh", "odd[unit=m]"):
         Path(name).touch()
-    assert MotionFile.parse(text) == MotionFile(Path(path), Reading(**said))
+    assert MotionFile.parse(text) == MotionFile(Path(path), Reading(**expected))
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("[uint=cm]", "bow.bvh: 'uint' is nothing that a file is read by; try unit"),
         ("[unit=cm", "found the end; a file is written FILE"),
@@ -111,10 +116,10 @@ def test_brackets_behind_a_name(text, path, said):
         ("[roles=wrong.toml]", "wrong.toml: 'uint': \"cm\"|wrong.toml: 'uint': 'cm' is no role"),
     ],
 )
-def test_what_cannot_be_said_of_a_file_is_a_sentence(bench, text, told):
+def test_what_cannot_be_said_of_a_file_is_a_sentence(bench, text, message):
     Path("wrong.toml").write_text('uint = "cm"\n')
     Path("loop.toml").write_text('reading = "loop.toml"\n')
-    with pytest.raises(BenchError, match=told):
+    with pytest.raises(BenchError, match=message):
         MotionFile.parse(f"bow.bvh{text}")
     code, out, err = bench("doctor", f"bow.bvh{text}")
     assert (code, out, "Traceback" in err) == (2, "", False)
@@ -125,9 +130,9 @@ MEANINGS = st.sampled_from(["hips", "left_hand", "helper", "extra", "not underst
 
 @given(st.dictionaries(st.text(st.characters(exclude_categories=["Cs"]), min_size=1), MEANINGS, max_size=6))
 def test_any_name_of_a_joint_is_quoted_so_that_it_is_read_again(tmp_path_factory, joints):
-    found = importer.load("bow.bvh")
+    loaded = importer.load("bow.bvh")
     text = doctor.reading_text(
-        replace(found, findings=replace(found.findings, joints=tuple(joints.items())))
+        replace(loaded, findings=replace(loaded.findings, joints=tuple(joints.items())))
     )
     path = tmp_path_factory.mktemp("readings") / "reading.toml"
     path.write_text(text, encoding="utf-8", newline="\n")
@@ -157,7 +162,7 @@ def test_a_saved_reading_is_replaced_where_it_is_ones_own_and_unchanged(bench):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (("bow.bvh", "anna.glb", "--save", "r.toml"), "what is written is of one file"),
         (("bow.bvh", "--save", "r.txt"), "what is written is a .toml file"),
@@ -165,10 +170,10 @@ def test_a_saved_reading_is_replaced_where_it_is_ones_own_and_unchanged(bench):
         (("bow.bvh", "--sheet", "r.jpg"), "what is written is a .png file"),
     ],
 )
-def test_where_a_reading_cannot_be_saved_is_said_before_it_is_read(bench, words, told):
+def test_where_a_reading_cannot_be_saved_is_said_before_it_is_read(bench, words, message):
     code, out, err = bench("doctor", *words)
     assert (code, out) == (2, "")
-    assert told in err
+    assert message in err
 
 
 def test_the_help_of_the_doctor_lists_all_that_can_be_said(bench):

@@ -38,22 +38,29 @@ def metres(file: Path) -> str:
 
 
 def test_a_start_is_said_and_kept_cut_or_eased(bench, files):
-    asked = ("retarget", metres(files["late"]), "--target", metres(files["full"]), "-m", "copy_rotations")
-    code, out, err = bench(*asked, "-o", "kept.bvh")
+    arguments = (
+        "retarget",
+        metres(files["late"]),
+        "--target",
+        metres(files["full"]),
+        "-m",
+        "copy_rotations",
+    )
+    code, out, err = bench(*arguments, "-o", "kept.bvh")
     assert code == 0, err
-    told = (
+    pattern = (
         r"late: the first frame is in a T-pose, and joints are 5\.0\d m away a frame later: say start=cut"
     )
-    assert re.search(told, err), err
+    assert re.search(pattern, err), err
     assert "41 frames of late" in out
     for option, frames in (("cut", 40), ("ease", 41)):
-        code, out, err = bench(*asked, "-o", f"{option}.bvh", "--start", option)
+        code, out, err = bench(*arguments, "-o", f"{option}.bvh", "--start", option)
         assert code == 0, err
         assert "T-pose" not in err
         assert f"{frames} frames of late" in out
-        found = rb.load_motion(f"{option}.bvh", unit="m")
-        assert found.frames == frames
-        assert np.linalg.norm(np.diff(found.root, axis=0), axis=1).max() < 0.2
+        edited = rb.load_motion(f"{option}.bvh", unit="m")
+        assert edited.frames == frames
+        assert np.linalg.norm(np.diff(edited.root, axis=0), axis=1).max() < 0.2
     kept, cut = (rb.load_motion(f"{name}.bvh", unit="m") for name in ("kept", "cut"))
     np.testing.assert_allclose(cut.positions, kept.positions[1:], atol=2e-5)
 
@@ -82,9 +89,9 @@ def test_python_takes_and_says_the_same(files):
 
 
 def test_paths_of_results(bench, files):
-    asked = ("retarget", metres(files["walk"]), "--target", metres(files["full"]))
+    arguments = ("retarget", metres(files["walk"]), "--target", metres(files["full"]))
     for option in ("keep", "in-place", "-x"):
-        code, _, err = bench(*asked, "-o", f"{option}.bvh", "--root-motion", option)
+        code, _, err = bench(*arguments, "-o", f"{option}.bvh", "--root-motion", option)
         assert code == 0, err
     kept, placed, turned = (rb.load_motion(f"{name}.bvh", unit="m") for name in ("keep", "in-place", "-x"))
     assert np.ptp(placed.root[:, [0, 2]], axis=0).max() < 1e-5
@@ -92,17 +99,17 @@ def test_paths_of_results(bench, files):
     way = turned.root[-1] - turned.root[0]
     assert way[0] < -0.5
     assert abs(way[2]) < 1e-3
-    code, _, err = bench(*asked, "-o", "out.bvh", "--root-motion", "up")
+    code, _, err = bench(*arguments, "-o", "out.bvh", "--root-motion", "up")
     assert code == 2
     assert "'up' is not one of" in err
     assert not Path("out.bvh").exists()
 
 
 def test_hands_are_relaxed_unless_told(bench, files):
-    asked = ("retarget", metres(files["walk"]), "--target", metres(files["full"]))
-    _, out, _ = bench(*asked, "-o", "relaxed.bvh")
+    arguments = ("retarget", metres(files["walk"]), "--target", metres(files["full"]))
+    _, out, _ = bench(*arguments, "-o", "relaxed.bvh")
     assert "walk shows no fingers: the hands of full are relaxed" in out
-    _, out, _ = bench(*asked, "-o", "open.bvh", "--hands", "open")
+    _, out, _ = bench(*arguments, "-o", "open.bvh", "--hands", "open")
     assert "relaxed" not in out
     relaxed, flat = (rb.load_motion(f"{name}.bvh", unit="m") for name in ("relaxed", "open"))
     tip = relaxed.skeleton.index("LeftHandMiddle3")

@@ -37,18 +37,18 @@ def figures(tmp_path) -> dict[str, Path]:
 
 
 def test_the_small_figures_bow_is_bowed_by_the_large_one(bench, figures):
-    done = bench(
+    result = bench(
         "retarget", f"{figures['small']}[unit=m]", "--target", f"{figures['large']}[unit=cm]",
         "-o", "out.bvh", "-m", "copy_rotations",
     )  # fmt: skip
-    assert done[0] == 0, done[2]
-    assert done[1].splitlines()[1:] == ["nothing to look at"]
-    assert "20 frames of small at 30 per second on the body of large, by copy_rotations" in done[1]
-    assert "unit cm, y up" in done[1]
+    assert result[0] == 0, result[2]
+    assert result[1].splitlines()[1:] == ["nothing to look at"]
+    assert "20 frames of small at 30 per second on the body of large, by copy_rotations" in result[1]
+    assert "unit cm, y up" in result[1]
     # both figures bow alike, so the answer is what the large one does itself, in its own unit
-    expected, found = bvh.parse(figures["large"]), bvh.parse("out.bvh")
-    assert found.hierarchy.names == expected.hierarchy.names
-    np.testing.assert_allclose(found.values, expected.values, atol=1e-4)
+    expected, actual = bvh.parse(figures["large"]), bvh.parse("out.bvh")
+    assert actual.hierarchy.names == expected.hierarchy.names
+    np.testing.assert_allclose(actual.values, expected.values, atol=1e-4)
 
 
 def test_the_default_method_and_another_rate(bench, figures):
@@ -64,17 +64,17 @@ def test_a_wrong_rate_is_doubted_and_told_better(bench, figures):
     for file in figures.values():
         file.write_text(re.sub("Frame Time: .*", "Frame Time: 1.0", file.read_text()))
     small, large = figures["small"], figures["large"]
-    asked = ("-o", "out.bvh", "-m", "copy_rotations")
-    code, out, err = bench("retarget", small, "--target", large, *asked)
+    arguments = ("-o", "out.bvh", "-m", "copy_rotations")
+    code, out, err = bench("retarget", small, "--target", large, *arguments)
     assert code == 0, err
     for file in (small, large):
         assert re.search(f"{file}: the frame rate is 1 per second, .* say the true rate", err)
-    code, out, err = bench("retarget", f"{small}[rate=30]", "--target", f"{large}[rate=30]", *asked)
+    code, out, err = bench("retarget", f"{small}[rate=30]", "--target", f"{large}[rate=30]", *arguments)
     assert (code, "rate" in err) == (0, False), err
     assert "20 frames of small at 30 per second" in out
     assert importer.load("out.bvh", Reading(unit="cm")).motion.fps == 30
     assert "rate=24]" in bench("doctor", f"{small}[rate=24]")[1]
-    code, out, err = bench("retarget", f"{small}[rate=1e6]", "--target", large, *asked)
+    code, out, err = bench("retarget", f"{small}[rate=1e6]", "--target", large, *arguments)
     assert (code, "rate=1e+06 is no frame rate" in err) == (2, True), err
 
 
@@ -82,14 +82,23 @@ def test_an_acclaim_skeleton_lies_beside_its_motion_or_is_named(bench, figures, 
     (tmp_path / "far").mkdir()
     (tmp_path / "far/bones.asf").write_text(ASF)
     (tmp_path / "01_02.amc").write_text(":DEGREES\n1\nroot 0 16 0 0 0 0\n2\nroot 0 16 1 0 0 0\n")
-    asked = ("retarget", "01_02.amc", "--target", figures["small"], "-o", "out.bvh", "-m", "copy_rotations")
-    code, out, err = bench(*asked)
+    arguments = (
+        "retarget",
+        "01_02.amc",
+        "--target",
+        figures["small"],
+        "-o",
+        "out.bvh",
+        "-m",
+        "copy_rotations",
+    )
+    code, out, err = bench(*arguments)
     assert code == 2
     assert "needs its skeleton, 01_02.asf or 01.asf" in err
-    code, out, err = bench("retarget", "01_02.amc[skeleton=far/bones.asf]", *asked[2:])
+    code, out, err = bench("retarget", "01_02.amc[skeleton=far/bones.asf]", *arguments[2:])
     assert code == 0, err
     assert "2 frames of 01_02 at 120 per second" in out
-    onto = ("--target", "01_02.amc[skeleton=far/bones.asf]", *asked[4:])
+    onto = ("--target", "01_02.amc[skeleton=far/bones.asf]", *arguments[4:])
     code, out, err = bench("retarget", figures["small"], *onto)
     assert code == 0, err
     assert "on the body of 01_02" in out
@@ -125,13 +134,13 @@ def test_a_method_that_gives_positions_writes_what_was_fitted_to_them(bench, fig
     source, target = f"{figures['small']}[unit=m]", f"{figures['large']}[unit=cm]"
     code, out, err = bench("retarget", source, "--target", target, "-o", "fitted.bvh", "-m", "places.py")
     assert code == 0, err
-    said, summary, *_ = out.splitlines()
-    assert said.startswith("rotations were fitted to positions: 0.0 cm mean, 0.0 cm worst (")
+    note, summary, *_ = out.splitlines()
+    assert note.startswith("rotations were fitted to positions: 0.0 cm mean, 0.0 cm worst (")
     assert "20 frames of small at 30 per second on the body of large, by places" in summary
-    expected, found = (
+    expected, actual = (
         importer.load(file, Reading(unit="cm")).motion for file in (figures["large"], "fitted.bvh")
     )
-    assert np.abs(found.positions - expected.positions).max() < 1e-4
+    assert np.abs(actual.positions - expected.positions).max() < 1e-4
     assert bvh.parse("fitted.bvh").hierarchy.names == bvh.parse(figures["large"]).hierarchy.names
 
 
@@ -139,16 +148,16 @@ def test_what_is_understood_is_said_with_what_to_override(bench, figures):
     code, out, _ = bench("doctor", figures["small"], figures["large"])
     assert code == 0
     assert out.count("Joints and their roles:") == 2
-    for told in ("left_forearm", "cm = 0.01 m", "up axis", "rest pose", "30 per second", "floor"):
-        assert told in out
-    told = bench("doctor", f"{figures['large']}[unit=m]")[1]
-    assert "m = 1 m (as told)" in told
+    for text in ("left_forearm", "cm = 0.01 m", "up axis", "rest pose", "30 per second", "floor"):
+        assert text in out
+    text = bench("doctor", f"{figures['large']}[unit=m]")[1]
+    assert "m = 1 m (as told)" in text
 
 
 def test_files_of_both_formats_mix_and_results_keep_the_target_s_format(bench, figures):
-    made = person(np.random.default_rng(0), frames=10, size=100.0)
-    made.animate("nod", {(3, "rotation"): ([0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]])})
-    made.save(Path("person.glb"))
+    figure = person(np.random.default_rng(0), frames=10, size=100.0)
+    figure.animate("nod", {(3, "rotation"): ([0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]])})
+    figure.save(Path("person.glb"))
     units = ("-m", "copy_rotations", "--quiet")
     small, glb = figures["small"], "person.glb"
     for source, target, out in (
@@ -168,13 +177,13 @@ def test_files_of_both_formats_mix_and_results_keep_the_target_s_format(bench, f
     assert bvh.parse("text.bvh").hierarchy.names == bvh.parse(small).hierarchy.names
     own = importer.load(glb).motion
     for out in ("own.glb", "own.bvh"):
-        found = importer.load(out).motion
-        np.testing.assert_allclose(found.positions, own.positions, atol=2e-5)
-    done = bench("retarget", f"{glb}[take=nod]", "--target", glb, "-o", "nod.glb", "-m", "copy_rotations")
-    assert "31 frames of person" in done[1]
-    assert "unit cm, y up" in done[1]
-    done = bench("retarget", glb, "--target", glb, "-o", "nod.bvh", "-m", "copy_rotations")
-    assert "unit m, y up" in done[1]
+        loaded = importer.load(out).motion
+        np.testing.assert_allclose(loaded.positions, own.positions, atol=2e-5)
+    result = bench("retarget", f"{glb}[take=nod]", "--target", glb, "-o", "nod.glb", "-m", "copy_rotations")
+    assert "31 frames of person" in result[1]
+    assert "unit cm, y up" in result[1]
+    result = bench("retarget", glb, "--target", glb, "-o", "nod.bvh", "-m", "copy_rotations")
+    assert "unit m, y up" in result[1]
 
 
 def test_files_of_smpl_go_in_and_out(bench, figures):
@@ -190,17 +199,17 @@ def test_files_of_smpl_go_in_and_out(bench, figures):
     modelled = ("--target", "amass.npz[body_model=models]", "--quiet")
     code, out, err = bench("retarget", "joints.npy[rate=30]", *modelled, "-o", "out.glb")
     assert (code, out, err) == (0, "", "")
-    found = importer.load("out.glb").motion
-    assert (found.fps, len(found.character.mesh.vertices)) == (30.0, 90)
+    loaded = importer.load("out.glb").motion
+    assert (loaded.fps, len(loaded.character.mesh.vertices)) == (30.0, 90)
     code, out, _ = bench("doctor", "amass.npz[body_model=models]")
     assert code == 0
-    for told in (
+    for phrase in (
         "SMPL-H, female, 16 betas",
         "joints and skin of model.npz",
         "6 of the 16 betas",
         "left_thumb_3",
     ):
-        assert told in out
+        assert phrase in out
     code, _, err = bench("retarget", "joints.npy", "--target", figures["small"], "-o", "no.npz")
     assert code == 2
     assert "no.npz: not written: an AMASS file states the joints of SMPL bodies alone, and" in err
@@ -216,7 +225,7 @@ def bare(name: str = "Hips", root: str = "0 0 0", tip: str = "0 0 0", row: str =
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         (bare("9" * 5000), "has a name of 5,000 characters"),
         (bare("9" * 1000), "Joints and their roles"),
@@ -228,34 +237,34 @@ def bare(name: str = "Hips", root: str = "0 0 0", tip: str = "0 0 0", row: str =
     ],
 )
 @pytest.mark.filterwarnings("error")
-def test_odd_bodies_are_told_without_a_warning_of_numpy(bench, tmp_path, text, told):
+def test_odd_bodies_are_told_without_a_warning_of_numpy(bench, tmp_path, text, message):
     (tmp_path / "odd.bvh").write_text(text)
     code, out, err = bench("doctor", "odd.bvh")
-    assert told in out + err
+    assert message in out + err
     assert "Warning" not in out + err
     assert code in (0, 2)
 
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize(
-    ("gone", "told"),
+    ("zeroed", "message"),
     [("", "has no height"), ("arm hand", "joints follow"), ("leg foot toe", "")],
     ids=["all", "arms", "legs"],
 )
-def test_bones_of_no_length_are_retargeted_or_refused_in_a_sentence(bench, figures, gone, told):
+def test_bones_of_no_length_are_retargeted_or_refused_in_a_sentence(bench, figures, zeroed, message):
     lines = figures["small"].read_text().splitlines()
     joint = ""
     for number, line in enumerate(lines):
         words = line.split()
         joint = words[1].lower() if words[0] in ("ROOT", "JOINT") else joint
-        if words[0] == "OFFSET" and any(part in joint for part in (gone.split() or [""])):
+        if words[0] == "OFFSET" and any(part in joint for part in (zeroed.split() or [""])):
             lines[number] = line[: line.index("OFFSET")] + "OFFSET 0 0 0"
     Path("odd.bvh").write_text("\n".join(lines) + "\n")
     for method in ("copy_rotations", "ik"):
         code, out, err = bench(
             "retarget", "odd.bvh", "--target", figures["large"], "-o", "out.bvh", "-m", method
         )
-        assert told in out + err
+        assert message in out + err
         assert code in (0, 2)
         assert "Error" not in err
 
@@ -269,7 +278,7 @@ def test_an_unreadable_file_is_one_line_and_the_others_are_examined(bench, figur
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ({"source": "missing.bvh"}, "missing.bvh: cannot be read"),
         ({"out": "small.bvh"}, "small.bvh would overwrite"),
@@ -281,10 +290,10 @@ def test_an_unreadable_file_is_one_line_and_the_others_are_examined(bench, figur
         ({"out": "small.py/out.bvh"}, "cannot be written"),
     ],
 )
-def test_failures_are_sentences_and_leave_the_files_alone(bench, figures, change, told):
+def test_failures_are_sentences_and_leave_the_files_alone(bench, figures, change, message):
     Path("small.py").write_text("")
     before = {path.name: path.read_bytes() for path in Path().iterdir() if path.is_file()}
-    given = {
+    arguments = {
         "source": "small.bvh",
         "target": "large.bvh",
         "out": "out.bvh",
@@ -292,12 +301,12 @@ def test_failures_are_sentences_and_leave_the_files_alone(bench, figures, change
         "unit": "m",
     } | change
     code, out, err = bench(
-        "retarget", f"{given['source']}[unit={given['unit']}]", "--target", given["target"],
-        "-o", given["out"], "-m", given["method"],
+        "retarget", f"{arguments['source']}[unit={arguments['unit']}]", "--target", arguments["target"],
+        "-o", arguments["out"], "-m", arguments["method"],
     )  # fmt: skip
     assert code == 2
     assert out == ""
-    assert told in err
+    assert message in err
     assert "Traceback" not in err
     assert {path.name: path.read_bytes() for path in Path().iterdir() if path.is_file()} == before
 
@@ -307,17 +316,17 @@ def test_fbx_files_are_sources_and_targets_and_are_not_written(bench, figures):
     fbx_files.person(np.random.default_rng(0), frames=6).save(Path("person.fbx"))
     code, out, _ = bench("doctor", "person.fbx")
     assert code == 0
-    for told in ("cm = 0.01 m (as stated)", "take 1 of 1 'act'", "left_forearm", "T-pose"):
-        assert told in out
-    asked = ("--target", "person.fbx", "-m", "copy_rotations", "-o")
-    code, out, err = bench("retarget", "person.fbx", *asked, "new.glb")
+    for phrase in ("cm = 0.01 m (as stated)", "take 1 of 1 'act'", "left_forearm", "T-pose"):
+        assert phrase in out
+    arguments = ("--target", "person.fbx", "-m", "copy_rotations", "-o")
+    code, out, err = bench("retarget", "person.fbx", *arguments, "new.glb")
     assert code == 0, err
     own, new = importer.load("person.fbx").motion, importer.load("new.glb").motion
     np.testing.assert_allclose(new.positions, own.positions, atol=1e-5)
     mesh, written = own.character.mesh, new.character.mesh
     np.testing.assert_allclose(written.vertices[written.faces], mesh.vertices[mesh.faces], atol=1e-5)
-    assert bench("retarget", "person.fbx#act", *asked, "new.bvh")[0] == 0
-    code, _, err = bench("retarget", figures["small"], *asked, "new.fbx")
+    assert bench("retarget", "person.fbx#act", *arguments, "new.bvh")[0] == 0
+    code, _, err = bench("retarget", figures["small"], *arguments, "new.fbx")
     assert code == 2
     assert "FBX is read and not written; programs that import FBX import GLB as well" in err
     assert "ends in .bvh or .glb" in err

@@ -64,44 +64,44 @@ def test_every_source_goes_to_every_target_as_one_by_one(bench, folders):
 
 def test_one_target_has_no_folder_of_its_own_and_a_format_can_be_chosen(bench, folders):
     Path("flat").mkdir()
-    asked = ("retarget", BOW, "--target", "bodies/large.bvh", "-o", "flat", *COPY)
-    assert bench(*asked)[0] == 0
-    assert bench(*asked, "--format", "glb", "--quiet") == (0, "", "")
+    arguments = ("retarget", BOW, "--target", "bodies/large.bvh", "-o", "flat", *COPY)
+    assert bench(*arguments)[0] == 0
+    assert bench(*arguments, "--format", "glb", "--quiet") == (0, "", "")
     assert results("flat").keys() == {"bow.bvh", "bow.glb"}
 
 
 def test_what_is_up_to_date_is_left_and_what_changed_is_done_again(bench, folders):
-    asked = ("retarget", MOCAP, "--target", "bodies/large.bvh", "-o", "out", *COPY)
-    assert bench(*asked)[0] == 0
+    arguments = ("retarget", MOCAP, "--target", "bodies/large.bvh", "-o", "out", *COPY)
+    assert bench(*arguments)[0] == 0
     first = results()
-    _, out, _ = bench(*asked)
+    _, out, _ = bench(*arguments)
     assert out == "0 retargeted, 2 up to date, 0 failed; nothing to look at\n"
     assert results() == first
 
     changed = bvh.parse("mocap/bow.bvh")
     Path("mocap/bow.bvh").write_text(Path("mocap/back.bvh").read_text())
-    assert bench(*asked)[1].endswith("1 retargeted, 1 up to date, 0 failed; nothing to look at\n")
+    assert bench(*arguments)[1].endswith("1 retargeted, 1 up to date, 0 failed; nothing to look at\n")
     second = results()
     assert second["back.bvh"] == first["back.bvh"]
     assert second["bow.bvh"] != first["bow.bvh"]
     assert not np.array_equal(bvh.parse("out/bow.bvh").values, changed.values)
 
     Path("out/back.bvh").unlink()
-    assert "1 retargeted, 1 up to date" in bench(*asked)[1]
+    assert "1 retargeted, 1 up to date" in bench(*arguments)[1]
     for again in (("--fps", 15), ("--seed", 1)):
-        assert "2 retargeted, 0 up to date" in bench(*asked, *again)[1]
-        assert "0 retargeted, 2 up to date" in bench(*asked, *again)[1]
-    assert "2 retargeted" in bench(*asked, *again, "--overwrite")[1]
+        assert "2 retargeted, 0 up to date" in bench(*arguments, *again)[1]
+        assert "0 retargeted, 2 up to date" in bench(*arguments, *again)[1]
+    assert "2 retargeted" in bench(*arguments, *again, "--overwrite")[1]
     Path("reading.toml").write_text('unit = "cm"\n')
-    for said in ("unit=cm", "up=y", "unit=cm,up=y", "reading=reading.toml"):
-        asked = ("retarget", MOCAP, "--target", f"bodies/large.bvh[{said}]", "-o", "out", *COPY)
-        assert "2 retargeted, 0 up to date" in bench(*asked)[1]
-        assert "0 retargeted, 2 up to date" in bench(*asked)[1]
+    for brackets in ("unit=cm", "up=y", "unit=cm,up=y", "reading=reading.toml"):
+        arguments = ("retarget", MOCAP, "--target", f"bodies/large.bvh[{brackets}]", "-o", "out", *COPY)
+        assert "2 retargeted, 0 up to date" in bench(*arguments)[1]
+        assert "0 retargeted, 2 up to date" in bench(*arguments)[1]
     Path("reading.toml").write_text('unit = "m"\n')
-    assert "2 retargeted" in bench(*asked)[1]
+    assert "2 retargeted" in bench(*arguments)[1]
     Path("reading.toml").write_text('# the same once more\nunit = "m"\n')
-    assert "0 retargeted, 2 up to date" in bench(*asked)[1]
-    assert "2 retargeted" in bench(*asked[:-2], "-m", "ik")[1]
+    assert "0 retargeted, 2 up to date" in bench(*arguments)[1]
+    assert "2 retargeted" in bench(*arguments[:-2], "-m", "ik")[1]
 
 
 def test_a_bad_file_costs_its_own_line_and_the_exit_code(bench, folders):
@@ -113,24 +113,28 @@ def test_a_bad_file_costs_its_own_line_and_the_exit_code(bench, folders):
     assert results().keys() == {"back.bvh", "bow.bvh"}
     assert "2 retargeted, 0 up to date, 1 failed" in out
     assert "3 of 3 files tried" in err
-    (said,) = [line for line in err.splitlines() if "was not made" in line]
-    assert said.startswith("bench: out/aaa.bvh was not made: mocap/aaa.bvh:")
-    told = json.loads(Path("report.json").read_text())["results"]
-    assert [each["status"] for each in told] == ["failed", "done", "done"]
-    assert told[0]["error"].startswith("mocap/aaa.bvh:")
-    assert (told[1]["verdict"], told[1]["frames"], told[1]["places"]) == ("nothing to look at", 10, [])
+    (message,) = [line for line in err.splitlines() if "was not made" in line]
+    assert message.startswith("bench: out/aaa.bvh was not made: mocap/aaa.bvh:")
+    entries = json.loads(Path("report.json").read_text())["results"]
+    assert [each["status"] for each in entries] == ["failed", "done", "done"]
+    assert entries[0]["error"].startswith("mocap/aaa.bvh:")
+    assert (entries[1]["verdict"], entries[1]["frames"], entries[1]["places"]) == (
+        "nothing to look at",
+        10,
+        [],
+    )
 
 
 def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
     def interrupted(function, payloads, jobs):
-        for number, done in enumerate(carried_out_here(function, payloads, jobs)):
+        for number, answer in enumerate(carried_out_here(function, payloads, jobs)):
             if number == 1:
                 raise KeyboardInterrupt
-            yield done
+            yield answer
 
-    asked = ("retarget", MOCAP, "--target", "bodies/large.bvh", "-o", "out", *COPY)
+    arguments = ("retarget", MOCAP, "--target", "bodies/large.bvh", "-o", "out", *COPY)
     monkeypatch.setattr(batch, "carried_out", interrupted)
-    assert bench(*asked)[0] == 130
+    assert bench(*arguments)[0] == 130
     with Path("out", batch.RECORDS).open("a") as file:
         file.write('{"result": "bow.bvh", "ke')  # cut off while it was written
     left = Path("out/.0123456789ab.bow.bvh")
@@ -138,7 +142,7 @@ def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
     other = Path("out/.0123456789ab.notes.txt")
     other.write_text("whose?")
     monkeypatch.setattr(batch, "carried_out", carried_out_here)
-    assert "1 retargeted, 1 up to date" in bench(*asked)[1]
+    assert "1 retargeted, 1 up to date" in bench(*arguments)[1]
     assert not left.exists()
     assert other.exists()
     assert len(Path("out", batch.RECORDS).read_text().splitlines()) == 2
@@ -146,8 +150,8 @@ def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
 
 def test_a_job_that_no_process_answers_costs_its_own_line(bench, folders, monkeypatch):
     def died(function, payloads, jobs):
-        for done in carried_out_here(function, payloads, jobs):
-            yield done if done.number else Done(0, error="the worker process died")
+        for answer in carried_out_here(function, payloads, jobs):
+            yield answer if answer.number else Done(0, error="the worker process died")
 
     monkeypatch.setattr(batch, "carried_out", died)
     code, out, err = bench("retarget", MOCAP, "--target", "bodies/large.bvh", "-o", "out", *COPY)
@@ -159,7 +163,7 @@ def test_a_job_that_no_process_answers_costs_its_own_line(bench, folders, monkey
 def test_names_that_meet_are_kept_apart_by_their_folders(bench, folders):
     Path("more").mkdir()
     Path("more/bow.bvh").write_text(Path("mocap/bow.bvh").read_text())
-    asked = (
+    arguments = (
         "retarget",
         MOCAP,
         "more[unit=m]",
@@ -170,25 +174,25 @@ def test_names_that_meet_are_kept_apart_by_their_folders(bench, folders):
         "--quiet",
         *COPY,
     )
-    assert bench(*asked)[0] == 0
+    assert bench(*arguments)[0] == 0
     assert results().keys() == {"back.bvh", "mocap-bow.bvh", "more-bow.bvh"}
 
 
 def test_takes_of_files_in_folders_are_results_of_their_own(bench, folders):
     Path("rigs").mkdir()
-    made = person(np.random.default_rng(0), frames=4)
-    made.animate("nod", {(3, "rotation"): ([0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]])})
-    made.save(Path("rigs/anna.glb"))
-    asked = ("--target", "bodies/large.bvh", "--quiet", "-m", "copy_rotations")
-    assert bench("retarget", "rigs", *asked, "-o", "out")[0] == 0
+    figure = person(np.random.default_rng(0), frames=4)
+    figure.animate("nod", {(3, "rotation"): ([0.0, 1.0], [[0, 0, 0, 1], [0, 1, 0, 0]])})
+    figure.save(Path("rigs/anna.glb"))
+    arguments = ("--target", "bodies/large.bvh", "--quiet", "-m", "copy_rotations")
+    assert bench("retarget", "rigs", *arguments, "-o", "out")[0] == 0
     assert results().keys() == {"anna-act.bvh", "anna-nod.bvh"}
-    assert bench("retarget", "rigs[take=nod]", *asked, "-o", "one")[0] == 0
+    assert bench("retarget", "rigs[take=nod]", *arguments, "-o", "one")[0] == 0
     assert results("one").keys() == {"anna.bvh"}
     assert len(bvh.parse("one/anna.bvh").values) == len(bvh.parse("out/anna-nod.bvh").values)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ("mocap --target bodies -o out.bvh", "out.bvh: several results go into a folder"),
         ("mocap --target bodies -o mocap", "mocap holds the sources; choose another folder"),
@@ -210,12 +214,12 @@ def test_takes_of_files_in_folders_are_results_of_their_own(bench, folders):
         ("mocap --target bodies/large.bvh -o out -m nobody", "nobody"),
     ],
 )
-def test_what_cannot_be_is_a_sentence(bench, folders, arguments, told):
+def test_what_cannot_be_is_a_sentence(bench, folders, arguments, message):
     Path("none").mkdir()
     before = results(".")
     code, _, err = bench("retarget", *arguments.split())
     assert code == 2
-    assert told in err
+    assert message in err
     assert "Traceback" not in err
     assert results(".") == before
 
@@ -231,31 +235,31 @@ def test_a_folder_that_another_run_writes_into_is_left_alone(bench, folders):
 
 
 def test_previews_show_source_and_result(bench, folders):
-    asked = ("retarget", BOW, "--target", "bodies/person.glb", *COPY)
-    code, out, err = bench(*asked, "-o", "a.glb", "--preview", "look.png")
+    arguments = ("retarget", BOW, "--target", "bodies/person.glb", *COPY)
+    code, out, err = bench(*arguments, "-o", "a.glb", "--preview", "look.png")
     assert code == 0, err
     assert "look.png: source and result side by side" in out
     assert Image.open("look.png").size[0] > 500
-    done = bench(*asked, "-o", "a.glb", "--preview", "gif", "--fps", 15, "--quiet")
-    assert done == (0, "", ""), done[2]
+    result = bench(*arguments, "-o", "a.glb", "--preview", "gif", "--fps", 15, "--quiet")
+    assert result == (0, "", ""), result[2]
     clip = Image.open("a.preview.gif")
     assert clip.n_frames == 10
     Path("out").mkdir()
-    assert bench(*asked, "-o", "out", "--preview", "png")[0] == 0
+    assert bench(*arguments, "-o", "out", "--preview", "png")[0] == 0
     assert results().keys() == {"bow.glb", "bow.preview.png"}
     Path("out/bow.preview.png").unlink()
-    assert "1 retargeted" in bench(*asked, "-o", "out", "--preview", "png")[1]
+    assert "1 retargeted" in bench(*arguments, "-o", "out", "--preview", "png")[1]
 
 
 def test_a_damaged_result_is_made_anew(bench, folders):
-    asked = ("retarget", MOCAP, "--target", "bodies/large.bvh", "-o", "out", *COPY)
-    assert bench(*asked)[0] == 0
-    whole = {path: path.read_bytes() for path in Path("out").glob("*.bvh")}
+    arguments = ("retarget", MOCAP, "--target", "bodies/large.bvh", "-o", "out", *COPY)
+    assert bench(*arguments)[0] == 0
+    contents = {path: path.read_bytes() for path in Path("out").glob("*.bvh")}
     Path("out/bow.bvh").write_text("GARBAGE")
-    code, out, _ = bench(*asked)
+    code, out, _ = bench(*arguments)
     assert code == 0
     assert "1 retargeted, 1 up to date" in out
-    assert {path: path.read_bytes() for path in Path("out").glob("*.bvh")} == whole
+    assert {path: path.read_bytes() for path in Path("out").glob("*.bvh")} == contents
 
 
 @pytest.mark.parametrize(
@@ -270,8 +274,8 @@ def test_a_damaged_result_is_made_anew(bench, folders):
 def test_nothing_beside_a_result_takes_the_place_of_another_file(bench, folders, option, path, what):
     before = {each: each.read_bytes() for each in Path().rglob("*.bvh")}
     more = ("--report", "roles.png") if option == "--preview" else ()
-    asked = (BOW, "--target", "bodies/large.bvh", "-o", "out.bvh", *COPY, option, path, *more)
-    code, _, err = bench("retarget", *asked)
+    arguments = (BOW, "--target", "bodies/large.bvh", "-o", "out.bvh", *COPY, option, path, *more)
+    code, _, err = bench("retarget", *arguments)
     assert code == 2
     assert f"would overwrite {path}, {what}" in err
     assert {each: each.read_bytes() for each in Path().rglob("*.bvh")} == before
@@ -297,24 +301,24 @@ def test_what_cannot_be_written_is_said_before_any_work(bench, folders, monkeypa
     ending = {"-o": ".bvh", "--report": ".json", "--preview": ".png"}[option]
     Path(f"folder{ending}").mkdir()
     monkeypatch.setattr(retarget, "retarget", lambda *_: pytest.fail("work was begun"))
-    asked = {"-o": "out.bvh"} | {option: f"{place}{ending}"}
-    words = [word for pair in asked.items() for word in pair]
+    options = {"-o": "out.bvh"} | {option: f"{place}{ending}"}
+    words = [word for pair in options.items() for word in pair]
     code, _, err = bench("retarget", BOW, "--target", "bodies/large.bvh", *COPY, *words)
     assert code == 2
-    told = [line for line in err.splitlines() if f"{place}{ending}" in line]
+    messages = [line for line in err.splitlines() if f"{place}{ending}" in line]
     if place == "folder" and option != "-o":  # the parser of options tells a folder from a file
-        told = told or [line for line in err.splitlines() if "is a directory" in line]
-    assert len(told) == 1
+        messages = messages or [line for line in err.splitlines() if "is a directory" in line]
+    assert len(messages) == 1
     assert not Path("out.bvh").exists()
     assert not list(Path().glob(".*")), "nothing is left behind"
 
 
 def test_one_result_goes_into_a_folder_that_is_named_as_one(bench, folders):
-    asked = ("retarget", BOW, "--target", "bodies/large.bvh", *COPY, "-o")
-    code, _, err = bench(*asked, "d11/")
+    arguments = ("retarget", BOW, "--target", "bodies/large.bvh", *COPY, "-o")
+    code, _, err = bench(*arguments, "d11/")
     assert code == 0, err
     assert importer.load("d11/bow.bvh").findings.frames == 20
-    assert "1 up to date" in bench(*asked, "d11/")[1]
-    code, _, err = bench(*asked, "d12")
+    assert "1 up to date" in bench(*arguments, "d11/")[1]
+    code, _, err = bench(*arguments, "d12")
     assert code == 2
     assert "give it a name that ends in" in err

@@ -84,11 +84,16 @@ def order(path: Path) -> int:
 
 
 def test_the_targets_mesh_moves_in_metres_y_up(bench, files):
-    done = bench("walk", "--target", "body.obj", "-o", "out", "-m", "follow", "--fps", "25")
-    assert done[0] == 0, done[2]
-    assert done[1].count("\n") == 1
-    for said in ("12 frames of walk at 25 per second", "mesh of body.obj", "unit cm, z up", "unit m, y up"):
-        assert said in done[1]
+    result = bench("walk", "--target", "body.obj", "-o", "out", "-m", "follow", "--fps", "25")
+    assert result[0] == 0, result[2]
+    assert result[1].count("\n") == 1
+    for phrase in (
+        "12 frames of walk at 25 per second",
+        "mesh of body.obj",
+        "unit cm, z up",
+        "unit m, y up",
+    ):
+        assert phrase in result[1]
     vertices, faces = seen(files / "out")
     person = fleshed()
     np.testing.assert_array_equal(faces, person.mesh.faces)
@@ -114,24 +119,24 @@ def test_points_without_faces_move_it_alike(bench, files):
 def test_python_gives_what_the_command_writes(bench, files):
     person = fleshed()
     (files / "open.ply").write_bytes(ply(person.mesh.vertices, person.mesh.faces[1:]))
-    done = bench("walk", "--target", "open.ply", "-o", "out", "-m", "follow")
-    assert done[0] == 0
-    assert "open.ply: the mesh is open: 3 edges" in done[2]
+    result = bench("walk", "--target", "open.ply", "-o", "out", "-m", "follow")
+    assert result[0] == 0
+    assert "open.ply: the mesh is open: 3 edges" in result[2]
     with pytest.warns(UserWarning, match="open.ply: the mesh is open: 3 edges"):
-        found = rb.retarget_scans("walk", "open.ply", "follow")
-    assert repr(found).startswith("<Surface of open: 12 frames")
-    np.testing.assert_allclose(found.vertices, seen(files / "out")[0], atol=1e-6)
-    assert found.save("again") == Path("again")
+        surface = rb.retarget_scans("walk", "open.ply", "follow")
+    assert repr(surface).startswith("<Surface of open: 12 frames")
+    np.testing.assert_allclose(surface.vertices, seen(files / "out")[0], atol=1e-6)
+    assert surface.save("again") == Path("again")
     names = sorted(each.name for each in (files / "out").iterdir())
     assert all(
         (files / "again" / each).read_bytes() == (files / "out" / each).read_bytes() for each in names
     )
     with pytest.raises(BenchError, match="is there"):
-        found.save("again")
+        surface.save("again")
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("walk", "--target", "me.bvh", "-o", "out"), "me.bvh: is no mesh file"),
         (("walk.bvh", "--target", "body.obj", "-o", "out"), "without a rig"),
@@ -144,14 +149,14 @@ def test_python_gives_what_the_command_writes(bench, files):
         (("walk", "--target", "broken.ply", "-o", "out"), "cannot be read as a mesh"),
     ],
 )
-def test_what_cannot_be_is_a_sentence_and_leaves_nothing(bench, files, arguments, said):
+def test_what_cannot_be_is_a_sentence_and_leaves_nothing(bench, files, arguments, message):
     import re
 
     (files / "broken.ply").write_text("hello")
     before = sorted(each.name for each in files.iterdir())
     code, out, error = bench(*arguments, *(() if "-m" in arguments else ("-m", "follow")))
     assert code == 2, out
-    assert re.search(said, error), error
+    assert re.search(message, error), error
     assert "Traceback" not in error
     assert sorted(each.name for each in files.iterdir()) == before
 
@@ -159,18 +164,18 @@ def test_what_cannot_be_is_a_sentence_and_leaves_nothing(bench, files, arguments
 def test_a_command_that_is_killed_leaves_nothing_half_written(bench, files, monkeypatch):
     from retarget_bench.motion.scans import writing
 
-    kept = writing.ply
+    original = writing.ply
     count = iter(range(5))
 
     def failing(*arguments):
         if next(count) == 4:
             raise KeyboardInterrupt
-        return kept(*arguments)
+        return original(*arguments)
 
     monkeypatch.setattr(writing, "ply", failing)
     before = {each.name for each in files.iterdir()}
     assert bench("walk", "--target", "body.obj", "-o", "out", "-m", "follow")[0] != 0
     assert {each.name for each in files.iterdir()} == before
-    monkeypatch.setattr(writing, "ply", kept)
+    monkeypatch.setattr(writing, "ply", original)
     assert bench("walk", "--target", "body.obj", "-o", "out", "-m", "follow")[0] == 0
     assert len(list((files / "out").iterdir())) == FRAMES

@@ -83,8 +83,8 @@ def test_pivots_are_those_of_the_labels_or_none() -> None:
 def test_touches_are_those_whose_joints_the_target_has() -> None:
     case = labelled(sides(20))
     strange = replace(case.touches[0], end="left_index_1")
-    known = replace(case, touches=(strange, *case.touches)).comparison().touches
-    assert known == case.touches
+    touches = replace(case, touches=(strange, *case.touches)).comparison().touches
+    assert touches == case.touches
     assert sides(20).comparison().touches == ()
 
 

@@ -70,21 +70,21 @@ def test_the_command_warns_in_one_line_and_python_likewise(capsys, written, file
     written(comparison("copy_rotations", REAL, "intra"))
     puppet, real = files
     source, target = f"{puppet}[unit=cm]", f"{real}[unit=cm]"
-    said = (
+    message = (
         "copy_rotations is worse than ik, the default, on real rigs with the same joints: MPJPE 6.41 "
         "against 4.77 % of height (628 cases of 53 clips of mixamo, p < 0.001)"
     )
-    asked = (source, "--target", target, "-m", "copy_rotations")
-    out, err = retarget(capsys, *asked)
-    assert [line for line in err.splitlines() if "worse" in line] == [f"bench: {said}"]
+    arguments = (source, "--target", target, "-m", "copy_rotations")
+    out, err = retarget(capsys, *arguments)
+    assert [line for line in err.splitlines() if "worse" in line] == [f"bench: {message}"]
     assert "worse" not in out
-    assert retarget(capsys, *asked, "--quiet") == ("", "")
+    assert retarget(capsys, *arguments, "--quiet") == ("", "")
     assert "worse" not in "".join(retarget(capsys, source, "--target", target))
     walk, body = rb.load_motion(puppet, unit="cm"), rb.load_character(real, unit="cm")
-    with pytest.warns(UserWarning, match="is worse") as told:
+    with pytest.warns(UserWarning, match="is worse") as caught:
         rb.retarget(walk, body, "copy_rotations")
-    assert [str(each.message) for each in told] == [said]
-    assert told[0].filename == __file__
+    assert [str(each.message) for each in caught] == [message]
+    assert caught[0].filename == __file__
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         rb.retarget(walk, body)
@@ -170,8 +170,8 @@ def test_the_file_is_made_of_paired_tests_over_clips(tmp_path, script):
         cases = [("a>b", f"c{k}", {"mpjpe_h.world": error + k / 8}) for k in range(12)]
         stored.store(tmp_path, "cross", method, cases)
     (row,) = script.comparisons(rb.load_results(tmp_path), REAL)
-    mine = known.identity("copy_rotations")
-    assert astuple(row)[:7] == (*mine, *known.identity("ik")[:2], REAL, "cross")
+    copy_identity = known.identity("copy_rotations")
+    assert astuple(row)[:7] == (*copy_identity, *known.identity("ik")[:2], REAL, "cross")
     assert (row.dataset, row.cases, row.clips, row.better) == ("data", "12", "12", "ik")
     assert (float(row.mean), float(row.default_mean)) == (2.688, 1.688)  # 1 + 11 / 16, in four digits
     assert float(row.p) == pytest.approx(2 / 2**12, rel=1e-3)

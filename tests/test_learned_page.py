@@ -65,13 +65,13 @@ def trained(pair: tuple[Motion, Motion]) -> tuple[Any, list[float]]:
     device, numbers, losses = torch.device("cpu"), np.random.default_rng(0), []
     (step,) = optimiser_phases(module, method.presets["default"], device)
     for _ in range(STEPS):
-        told = step(to_device(module.draw(numbers, 8), device), {}, 3e-3)
-        losses.append(float(told["network.places"]))
+        measured = step(to_device(module.draw(numbers, 8), device), {}, 3e-3)
+        losses.append(float(measured["network.places"]))
     return module, losses
 
 
-def distance(found: Motion, right: Motion) -> float:
-    return float(np.linalg.norm(found.positions - right.positions, axis=-1).mean())
+def distance(answer: Motion, right: Motion) -> float:
+    return float(np.linalg.norm(answer.positions - right.positions, axis=-1).mean())
 
 
 def answered(method: Any, source: Motion, target: Motion) -> Motion:
@@ -101,10 +101,10 @@ def test_its_weights_are_stored_and_found_by_their_path(pair, trained, tmp_path)
     assert "bench train learned_pose" in str(plain.supports(source.character, right.character))
     facts = {"method": "learned_pose", "version": plain.card.version, "facts": plain.facts()}
     weights.write(tmp_path, weights.BEST, module.export(), facts)
-    found = registry.create("methods", Spec("learned_pose", {"weights": str(tmp_path)}))
-    answer, exact = answered(found, source, right), answered(module.method(), source, right)
+    loaded = registry.create("methods", Spec("learned_pose", {"weights": str(tmp_path)}))
+    answer, exact = answered(loaded, source, right), answered(module.method(), source, right)
     assert distance(answer, exact) < 1e-3 * right.character.height  # half precision
-    assert answered(found, source, right).rotations.tobytes() == answer.rotations.tobytes()
+    assert answered(loaded, source, right).rotations.tobytes() == answer.rotations.tobytes()
 
 
 def test_answers_follow_facing_place_and_rate_and_do_not_need_rotations(pair, trained) -> None:
@@ -119,8 +119,8 @@ def test_answers_follow_facing_place_and_rate_and_do_not_need_rotations(pair, tr
     rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
     elsewhere = source.character.motion(rotations, rotation.rotate(turn, source.root), source.fps)
     turned = answered(method, elsewhere, right)
-    wanted = rotation.rotate(turn, answer.positions)
-    np.testing.assert_allclose(turned.positions, wanted, atol=1e-4)
+    expected = rotation.rotate(turn, answer.positions)
+    np.testing.assert_allclose(turned.positions, expected, atol=1e-4)
 
     for fps in (24.0, 60.0):
         other = answered(method, source.resample(fps), right)
@@ -159,6 +159,6 @@ def test_the_examples_of_the_page_run(pair, tmp_path) -> None:
     np.testing.assert_allclose(np.linalg.norm(names["steps"], axis=-1), walked)
     across = rotation.rotate(names["level"], np.array([1.0, 0.0, 0.0]))
     assert (across[:, 0] > 0).all()  # the left is on the left
-    mine = names["Mine"]
-    assert mine().card.needs == ()
-    assert mine(statistics="target").card.needs == ("target_motions",)
+    example = names["Mine"]
+    assert example().card.needs == ()
+    assert example(statistics="target").card.needs == ("target_motions",)

@@ -75,10 +75,10 @@ class Wider(Wide):
 
 
 def seen(options: type[OptionSet], *words: str) -> OptionSet:
-    found: list[OptionSet] = []
-    command = click.command()(takes(options)(lambda options: found.append(options)))
+    received: list[OptionSet] = []
+    command = click.command()(takes(options)(lambda options: received.append(options)))
     command.main(list(words), standalone_mode=False)
-    return found[0]
+    return received[0]
 
 
 def test_a_command_and_python_build_the_same():
@@ -96,7 +96,7 @@ def test_a_field_in_the_place_of_another_is_an_option_once():
 
 
 @pytest.mark.parametrize(
-    ("given", "words"),
+    ("values", "words"),
     [
         ({"width": 0.0}, "width is 0; it must be above 0 and below 10"),
         ({"width": float("nan")}, "width is nan"),
@@ -104,11 +104,13 @@ def test_a_field_in_the_place_of_another_is_an_option_once():
         ({"width": "2"}, "width is '2', of type str; it takes a number"),
         ({"width": True}, "width is True, of type bool; it takes a number"),
         ({"names": 3}, "names is 3, of type int; it takes text or a list of text"),
+        ({"names": " , "}, "names: ' , ' names nothing; leave it out for all, or name some"),
+        ({"names": [",", ""]}, "names: ', ' names nothing"),
     ],
 )
-def test_values_that_cannot_be_are_told_by_the_name_of_the_field(given, words):
+def test_values_that_cannot_be_are_told_by_the_name_of_the_field(values, words):
     with pytest.raises(BenchError) as caught:
-        Wide(**given)
+        Wide(**values)
     assert words in str(caught.value)
 
 

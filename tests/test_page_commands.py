@@ -48,14 +48,14 @@ ANSWERS = {"check", "submit", "test"}
 def blocks_of(page: Path) -> list[str]:
     """The ``bench`` commands of a page's blocks, without what stands about them behind three blanks."""
     text = page.read_text(encoding="utf-8").replace("\\\n", " ")
-    found = re.findall(r"^(?: {4}|```sh\n| *- run: )(?:parallel )?(bench [^\n]+)", text, re.MULTILINE)
-    return [re.split(r" {3,}", line)[0].replace("{} -j 1 ::: $(seq 0 41)", "0") for line in found]
+    commands = re.findall(r"^(?: {4}|```sh\n| *- run: )(?:parallel )?(bench [^\n]+)", text, re.MULTILINE)
+    return [re.split(r" {3,}", line)[0].replace("{} -j 1 ::: $(seq 0 41)", "0") for line in commands]
 
 
 def mentions_of(page: Path) -> list[str]:
     """The ``bench`` commands within a page's sentences, whose arguments may be left out."""
-    found = re.findall(r"`(bench [a-z][^`]+)`", page.read_text(encoding="utf-8"))
-    return [" ".join(line.split()).partition(" > ")[0] for line in found]
+    commands = re.findall(r"`(bench [a-z][^`]+)`", page.read_text(encoding="utf-8"))
+    return [" ".join(line.split()).partition(" > ")[0] for line in commands]
 
 
 def command_of(words: list[str]) -> click.Command:
@@ -90,8 +90,8 @@ def test_commands_within_sentences_have_these_options(page):
     for line in mentions_of(page):
         words = shlex.split(line)
         flags = {flag for each in command_of(words).params for flag in (*each.opts, *each.secondary_opts)}
-        asked = {word.partition("=")[0].rstrip(",") for word in words[2:] if word.startswith("-")}
-        assert asked <= flags, line
+        options = {word.partition("=")[0].rstrip(",") for word in words[2:] if word.startswith("-")}
+        assert options <= flags, line
 
 
 def test_every_command_is_shown_in_a_block_of_some_page():
@@ -103,9 +103,9 @@ def test_plug_ins_on_pages_take_the_parameters_that_stand_there():
     specs = set(re.findall(r"\b[a-z_0-9]+\[[a-z_]+=[^\]\n|]*\]", text)) - {"mixamo[protocol=folds,fold=K]"}
     entries = [entry for kind in ("methods", "datasets", "posts") for entry in registry.names(kind)]
     kinds = {entry.name: entry.kind for entry in entries}
-    known = [(kinds[name], spec) for spec in specs if (name := spec.partition("[")[0]) in kinds]
-    assert len(known) > 30
-    for kind, spec in known:
+    plug_ins = [(kinds[name], spec) for spec in specs if (name := spec.partition("[")[0]) in kinds]
+    assert len(plug_ins) > 30
+    for kind, spec in plug_ins:
         registry.canonical(kind, spec)  # raises what is wrong with a name or value
 
 
@@ -143,19 +143,19 @@ def exit_status(words: list[str]) -> int:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Iterator[Path]:
     """A folder with stand-ins for all that pages name, and whole results in ``runs/``; no processes."""
-    before, made = Path.cwd(), tmp_path_factory.mktemp("reader")
+    before, reader = Path.cwd(), tmp_path_factory.mktemp("reader")
     with without_processes(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(registry, "_FILES", {})
         patch.setattr(timing, "ENOUGH_SECONDS", 0.0)
         patch.setattr(live.Window, "run", lambda window: None)
-        patch.setenv("GITHUB_STEP_SUMMARY", str(made / "summary.md"))
-        os.chdir(made)
+        patch.setenv("GITHUB_STEP_SUMMARY", str(reader / "summary.md"))
+        os.chdir(reader)
         Path("results").symlink_to(ROOT / "results")
         _make_plug_ins()
         _make_results()
         _make_motions()
         _make_scans()
-        yield made
+        yield reader
         os.chdir(before)
 
 
@@ -231,8 +231,8 @@ def test_every_command_of_a_page_runs_as_printed(page, folder, tmp_path, capsys)
         own = tmp_path / str(number)
         own.mkdir()
         status = ran(line, own)
-        told = capsys.readouterr()
+        captured = capsys.readouterr()
         os.chdir(folder)
         if status > (line.split()[1] in ANSWERS):
-            failed.append(f"{line}\n    exit {status}: {told.err.strip() or told.out.strip()}")
+            failed.append(f"{line}\n    exit {status}: {captured.err.strip() or captured.out.strip()}")
     assert not failed, "\n".join(failed)

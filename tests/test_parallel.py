@@ -17,8 +17,8 @@ ROOT = Path(__file__).parents[1]
 
 
 def test_every_payload_is_answered_once():
-    done = list(carried_out(jobs.square, range(20), 2))
-    assert sorted((each.number, each.result) for each in done) == [(n, n * n) for n in range(20)]
+    answers = list(carried_out(jobs.square, range(20), 2))
+    assert sorted((each.number, each.result) for each in answers) == [(n, n * n) for n in range(20)]
 
 
 def test_no_payloads_start_no_process():
@@ -38,19 +38,19 @@ def test_what_is_given_up_ends():
 
 def test_trouble_costs_its_own_payload():
     what = ["fine", "raise", "kill", "exit", "fine", "threads"]
-    done = {each.number: each for each in carried_out(jobs.trouble, what, 2)}
-    assert sorted(done) == list(range(6))
-    assert done[1].error == "ValueError: seven"
-    assert done[2].error == done[3].error == DIED
-    assert isinstance(done[0].result, int)
-    assert isinstance(done[4].result, int)
-    assert done[5].result == "1"
+    answers = {each.number: each for each in carried_out(jobs.trouble, what, 2)}
+    assert sorted(answers) == list(range(6))
+    assert answers[1].error == "ValueError: seven"
+    assert answers[2].error == answers[3].error == DIED
+    assert isinstance(answers[0].result, int)
+    assert isinstance(answers[4].result, int)
+    assert answers[5].result == "1"
 
 
 def test_torch_has_one_thread_in_a_process(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    (done,) = carried_out(jobs.trouble, ["torch"], 1)
-    assert done.result == (1, 400)
+    (answer,) = carried_out(jobs.trouble, ["torch"], 1)
+    assert answer.result == (1, 400)
     assert os.environ["OMP_NUM_THREADS"] == "7"
 
 

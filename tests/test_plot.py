@@ -142,27 +142,27 @@ def test_more_or_longer_names_are_a_legend_in_the_order_of_the_lines(
     st.floats(0, 12),
 )
 def test_names_keep_apart_in_the_order_of_the_ends_and_move_no_more_than_they_must(places, gap):
-    found = lines.apart(places, gap, 0.0, 100.0)
+    placed = lines.apart(places, gap, 0.0, 100.0)
     if gap * (len(places) - 1) > 100:
-        assert found is None
+        assert placed is None
         return
-    assert found is not None
+    assert placed is not None
     upwards = sorted(range(len(places)), key=lambda k: places[k])
-    kept = [found[k] for k in upwards]
-    assert all(b - a >= gap - 1e-9 for a, b in pairwise(kept))
-    assert kept[0] >= -1e-9
-    assert kept[-1] <= 100 + 1e-9
-    wanted = [places[k] for k in upwards]
-    if all(b - a >= gap for a, b in pairwise(wanted)):
-        assert kept == pytest.approx(wanted)
+    ordered = [placed[k] for k in upwards]
+    assert all(b - a >= gap - 1e-9 for a, b in pairwise(ordered))
+    assert ordered[0] >= -1e-9
+    assert ordered[-1] <= 100 + 1e-9
+    goals = [places[k] for k in upwards]
+    if all(b - a >= gap for a, b in pairwise(goals)):
+        assert ordered == pytest.approx(goals)
     # a general solver moves them no less
     count = len(places)
     solved = optimize.minimize(
-        lambda at: np.sum((at - wanted) ** 2), np.linspace(0, 100, count), jac=lambda at: 2 * (at - wanted),
+        lambda at: np.sum((at - goals) ** 2), np.linspace(0, 100, count), jac=lambda at: 2 * (at - goals),
         bounds=[(0, 100)] * count, method="SLSQP",
         constraints={"type": "ineq", "fun": lambda at: np.diff(at) - gap} if count > 1 else (),
     )  # fmt: skip
-    assert np.sum((np.array(kept) - wanted) ** 2) <= solved.fun + 1e-4 * max(1.0, solved.fun)
+    assert np.sum((np.array(ordered) - goals) ** 2) <= solved.fun + 1e-4 * max(1.0, solved.fun)
 
 
 def test_bands_are_left_out_where_intervals_are_withheld(tmp_path, sections, figures):
@@ -213,8 +213,8 @@ def test_what_is_drawn_is_what_tables_say(runs, tmp_path, bench, figures):
     lines = {line.get_label(): line for line in figures[0].axes[0].lines}
     assert set(lines) == {"copy_rotations", "copy_rotations+footfix[steps=2]", "rest_pose"}
     for each in section.scores:
-        wanted = [mean.value for _, mean in sorted(each.curves["pan_recall_h"].items())]
-        assert sorted(lines[each.label].get_ydata()) == pytest.approx(sorted(wanted))
+        expected = [mean.value for _, mean in sorted(each.curves["pan_recall_h"].items())]
+        assert sorted(lines[each.label].get_ydata()) == pytest.approx(sorted(expected))
     assert np.allclose(lines["rest_pose"].get_ydata(), 1.0)
 
 

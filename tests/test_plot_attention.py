@@ -83,9 +83,9 @@ class Says:
 
 
 def test_what_a_method_says_is_what_is_given():
-    found = asking.ask(Says(), turning(), "says")
-    assert (found.parts, found.joints.tolist(), found.note) == (("all",), [0, 1], "")
-    assert (found.largest == 0.5).all()
+    attention = asking.ask(Says(), turning(), "says")
+    assert (attention.parts, attention.joints.tolist(), attention.note) == (("all",), [0, 1], "")
+    assert (attention.largest == 0.5).all()
 
 
 @pytest.mark.parametrize(
@@ -148,31 +148,33 @@ def test_frames_that_are_drawn_unasked():
 def test_a_body_is_seen_from_beside_its_front_wherever_it_faces():
     """Turned about the vertical axis and moved, it looks the same; its left is at our right, up is up."""
     motion = turning(91)
-    seen = picture.projected(motion, [20, 45, 70])
+    projected = picture.projected(motion, [20, 45, 70])
     still = picture.projected(motion.at(np.zeros(31, dtype=int)), [0])
-    np.testing.assert_allclose(seen, np.repeat(still, 3, axis=0), atol=1e-9)
-    right, up, near = seen[0].T
+    np.testing.assert_allclose(projected, np.repeat(still, 3, axis=0), atol=1e-9)
+    right, up, near = projected[0].T
     joint = NAMES.index
     assert right[joint("LeftHand")] > 0.3 > -0.3 > right[joint("RightHand")]
     assert up[joint("Head")] > up[joint("Hips")] > up[joint("LeftFoot")]
     assert near[joint("LeftHand")] > near[joint("RightHand")], "from its left"
-    lengths = np.linalg.norm(seen[0] - seen[0][[max(p, 0) for p in BODY.skeleton.parents]], axis=1)
+    lengths = np.linalg.norm(
+        projected[0] - projected[0][[max(p, 0) for p in BODY.skeleton.parents]], axis=1
+    )
     np.testing.assert_allclose(lengths[1:], BODY.skeleton.bone_lengths[1:], atol=1e-9)
 
 
 def test_what_is_drawn_is_what_the_method_says(tmp_path, method, figures):
     motion = turning()
-    found = asking.ask(method, motion, "heeds")
-    picture.draw(tmp_path / "out.png", found, motion, [0, 30], "heeds: file")
+    attention = asking.ask(method, motion, "heeds")
+    picture.draw(tmp_path / "out.png", attention, motion, [0, 30], "heeds: file")
     poses, strip, _bar = figures[0].axes
     (image,) = strip.images
-    wanted = [
-        found.weights[:, 0, 0],
-        found.weights[:, 0, 1],
-        found.weights[:, 1, 0],
-        found.weights[:, 1, 2],
+    expected = [
+        attention.weights[:, 0, 0],
+        attention.weights[:, 0, 1],
+        attention.weights[:, 1, 0],
+        attention.weights[:, 1, 2],
     ]
-    np.testing.assert_allclose(image.get_array(), wanted)
+    np.testing.assert_allclose(image.get_array(), expected)
     assert [text.get_text() for text in strip.get_yticklabels()] == [
         "Hips",
         "LeftFoot",
@@ -185,7 +187,7 @@ def test_what_is_drawn_is_what_the_method_says(tmp_path, method, figures):
     dots = [each for each in poses.collections if hasattr(each, "get_sizes") and len(each.get_sizes())]
     for frame, each in zip((0, 30), dots, strict=True):
         colours = {tuple(colour) for colour in each.get_facecolors()}
-        assert colours == {image.to_rgba(weight) for weight in found.largest[frame]}
+        assert colours == {image.to_rgba(weight) for weight in attention.largest[frame]}
 
 
 def test_joints_that_no_part_heeds_are_grey(tmp_path, method, figures):
@@ -210,9 +212,9 @@ def file(tmp_path) -> Path:
 
 def test_numbers_of_a_file(method, file, tmp_path, bench):
     output = tmp_path / "out.csv"
-    done = bench("plot", "attention", "-m", "heeds", "--source", file, "-o", output, "--at", "0,1")
-    assert done[0] == 0, done[2]
-    assert done[1] == f"wrote {output}; it is a figure\n"
+    result = bench("plot", "attention", "-m", "heeds", "--source", file, "-o", output, "--at", "0,1")
+    assert result[0] == 0, result[2]
+    assert result[1] == f"wrote {output}; it is a figure\n"
     rows = list(csv.reader(output.read_text().splitlines()))
     assert rows[0] == ["frame", "seconds", "part", "joint", "weight"]
     assert rows[1:] == [
@@ -231,9 +233,9 @@ def test_numbers_of_a_file(method, file, tmp_path, bench):
 
 def test_a_picture_of_a_case(method, tmp_path, bench, figures):
     case = CASE
-    asked = ["--source", case, "-d", "puppets[size=tiny]", "-o", tmp_path / "out.svg"]
-    done = bench("plot", "attention", "-m", "heeds+footfix", *asked)
-    assert done[0] == 0, done[2]
+    arguments = ["--source", case, "-d", "puppets[size=tiny]", "-o", tmp_path / "out.svg"]
+    result = bench("plot", "attention", "-m", "heeds+footfix", *arguments)
+    assert result[0] == 0, result[2]
     assert f"heeds: {case}" in figures[0].get_suptitle()
     assert len(figures[0].axes[0].texts) == picture.UNASKED
 

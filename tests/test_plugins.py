@@ -59,8 +59,8 @@ def bench(site, tmp_path, monkeypatch, capsys):
     def run(*arguments: str) -> Bench:
         with pytest.raises(SystemExit) as stopped:
             main(list(arguments))
-        told = capsys.readouterr()
-        return Bench(arguments, int(stopped.value.code or 0), told.out, told.err)
+        captured = capsys.readouterr()
+        return Bench(arguments, int(stopped.value.code or 0), captured.out, captured.err)
 
     with without_processes():
         yield run
@@ -72,7 +72,7 @@ def bench(site, tmp_path, monkeypatch, capsys):
 
 def test_installed_plug_ins_are_listed_with_their_origin(site, tmp_path):
     """By a new process, as users have it."""
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-m", "retarget_bench", "list"],
         cwd=tmp_path,
         env={**os.environ, "COLUMNS": "200", "PYTHONPATH": os.pathsep.join([str(ROOT), str(site)])},
@@ -80,8 +80,8 @@ def test_installed_plug_ins_are_listed_with_their_origin(site, tmp_path):
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
-    lines = {line.split()[0]: line for line in done.stdout.splitlines() if line.startswith("  ")}
+    assert completed.returncode == 0, completed.stderr
+    lines = {line.split()[0]: line for line in completed.stdout.splitlines() if line.startswith("  ")}
     assert "Copies the pose and lets the hips sway" in lines["sway"]
     assert lines["sway"].endswith("[retarget-bench-sway 1.2.3]")
     assert lines["lean"].endswith("[retarget-bench-sway 1.2.3]")
@@ -93,18 +93,18 @@ def test_installed_plug_ins_are_listed_with_their_origin(site, tmp_path):
 
 
 def test_a_run_with_everything_uses_the_good_and_names_the_broken(bench, tmp_path):
-    done = bench("run", "-d", "beam[frames=12]", "-j", "1")
-    assert done.returncode == 0, done.stderr
-    assert "sway" in done.stdout
-    assert "copy_rotations" in done.stdout
-    for told in (
+    result = bench("run", "-d", "beam[frames=12]", "-j", "1")
+    assert result.returncode == 0, result.stderr
+    assert "sway" in result.stdout
+    assert "copy_rotations" in result.stdout
+    for phrase in (
         "method raises (retarget-bench-broken 0.0.7) could not be imported: RuntimeError: no licence file",
         "method nowhere (retarget-bench-broken 0.0.7) could not be imported: ModuleNotFoundError",
         "method nothing (retarget-bench-broken 0.0.7): module retarget_bench_broken has no plugin",
         "metric unreadable (retarget-bench-broken 0.0.7) could not be imported: SyntaxError",
     ):
-        assert told in done.stderr
-    assert "Traceback" not in done.stderr
+        assert phrase in result.stderr
+    assert "Traceback" not in result.stderr
     table = bench("table", "--all")
     assert table.returncode == 0, table.stderr
     assert "lean" in table.stdout
@@ -112,7 +112,7 @@ def test_a_run_with_everything_uses_the_good_and_names_the_broken(bench, tmp_pat
 
 def test_the_swaying_hips_are_measured_by_the_installed_metric(bench, tmp_path):
     width = 0.04
-    done = bench(
+    result = bench(
         "run",
         f"sway[width={width}]",
         "copy_rotations",
@@ -123,15 +123,15 @@ def test_the_swaying_hips_are_measured_by_the_installed_metric(bench, tmp_path):
         "-j",
         "1",
     )
-    assert done.returncode == 0, done.stderr
+    assert result.returncode == 0, result.stderr
     rows = [line for file in tmp_path.rglob("sway-*.csv") for line in file.read_text().splitlines()]
-    found = {line.split(",")[0]: float(line.split(",")[-1]) for line in rows if "lean.mean" in line}
+    leans = {line.split(",")[0]: float(line.split(",")[-1]) for line in rows if "lean.mean" in line}
     # copied rotations follow the reference exactly here, so the sway is the whole distance
     sway = sum(abs(width * math.sin(frame / 30)) for frame in range(31)) / 31
     heights = {name: size * _HEIGHT for name, size in (("tall", 1.1), ("short", 0.7))}
-    assert set(found) == {"beam/tall>short/walk", "beam/short>tall/walk"}
-    assert found["beam/tall>short/walk"] == pytest.approx(100 * sway / heights["short"], rel=1e-5)
-    assert found["beam/short>tall/walk"] == pytest.approx(100 * sway / heights["tall"], rel=1e-5)
+    assert set(leans) == {"beam/tall>short/walk", "beam/short>tall/walk"}
+    assert leans["beam/tall>short/walk"] == pytest.approx(100 * sway / heights["short"], rel=1e-5)
+    assert leans["beam/short>tall/walk"] == pytest.approx(100 * sway / heights["tall"], rel=1e-5)
 
 
 _HEIGHT = 0.3 + 0.3 + 0.1 + 0.5 + 0.4
@@ -140,12 +140,12 @@ _HEIGHT = 0.3 + 0.3 + 0.1 + 0.5 + 0.4
 
 @pytest.mark.parametrize("name", ["sway", "lean", "beam"])
 def test_installed_plug_ins_keep_the_contract(bench, name):
-    done = bench("test", name, *(() if name == "beam" else ("-d", "beam")))
-    assert done.returncode == 0, done.stdout + done.stderr
+    result = bench("test", name, *(() if name == "beam" else ("-d", "beam")))
+    assert result.returncode == 0, result.stdout + result.stderr
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (("info", "raises"), "RuntimeError: no licence file found"),
         (("test", "nowhere"), "retarget-bench-broken 0.0.7"),
@@ -154,18 +154,18 @@ def test_installed_plug_ins_keep_the_contract(bench, name):
         (("run", "sway", "-d", "beam", "--metrics", "unreadable"), "SyntaxError"),
     ],
 )
-def test_asking_for_a_broken_plug_in_is_one_sentence(bench, arguments, told):
-    done = bench(*arguments)
-    assert done.returncode == 2
-    assert told in done.stderr
-    assert "Traceback" not in done.stderr
+def test_asking_for_a_broken_plug_in_is_one_sentence(bench, arguments, message):
+    result = bench(*arguments)
+    assert result.returncode == 2
+    assert message in result.stderr
+    assert "Traceback" not in result.stderr
 
 
 def test_a_method_that_crashes_costs_its_own_rows_only(bench):
-    done = bench("run", "crashes", "sway", "-d", "beam", "-j", "1")
-    assert done.returncode == 0, done.stderr
-    assert "Traceback" not in done.stderr
-    assert "sway" in done.stdout
+    result = bench("run", "crashes", "sway", "-d", "beam", "-j", "1")
+    assert result.returncode == 0, result.stderr
+    assert "Traceback" not in result.stderr
+    assert "sway" in result.stdout
     failed = bench("test", "crashes", "-d", "beam")
     assert failed.returncode == 1
     assert "ZeroDivisionError: a bone of length 0 (crashes.py:13)" in failed.stdout

@@ -24,7 +24,7 @@ from tests.viewing.small_runs import bvh_file
 ROOT = Path(__file__).parents[1]
 TOYS = ROOT / "tests" / "engine" / "toys"
 FILES = [TOYS / "toy_cases.py", TOYS / "toy_method.py"]
-MINE = """
+OWN_METHOD = """
 from retarget_bench.api import MethodCard
 
 
@@ -64,7 +64,7 @@ def run(*methods, **options) -> rb.Results:
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory) -> rb.Results:
+def results(tmp_path_factory) -> rb.Results:
     """Three methods on a toy data set: one a step away, one that moves at random, one that refuses."""
     with without_processes():
         names = ("toy_method", "toy_method[does=shaken]", "toy_method[does=picky]")
@@ -77,19 +77,19 @@ def per_clip(rows: pd.DataFrame) -> pd.Series:
 
 
 # ---------------------------------------------------------------------------------------------- results
-def test_rows_are_those_of_the_files(found):
+def test_rows_are_those_of_the_files(results):
     written = [
         pd.read_csv(place.rows, keep_default_na=False).assign(split=place.split, name=place.method)
-        for place in found.places
+        for place in results.places
     ]
     expected = pd.concat(written)
-    rows = found.rows
+    rows = results.rows
     assert len(rows) == len(expected)
     keys = ["split", "case", "value_id", "index"]
     np.testing.assert_array_equal(
         rows.sort_values([*keys, "value"]).value, expected.sort_values([*keys, "value"]).value
     )
-    assert set(rows.method) == set(found.methods) == {
+    assert set(rows.method) == set(results.methods) == {
         "toy_method", "toy_method[does=shaken]", "toy_method[does=picky]",
     }  # fmt: skip
     assert (rows.case == "toy/" + rows.source + ">" + rows.target + "/" + rows["clip"]).all()
@@ -99,20 +99,20 @@ def test_rows_are_those_of_the_files(found):
     ]
 
 
-def test_tables_hold_means_over_clips_of_the_rows(found):
-    frame = found.table("mpjpe_h.world").frame
-    rows = found.rows[found.rows.value_id == "mpjpe_h.world"]
+def test_tables_hold_means_over_clips_of_the_rows(results):
+    frame = results.table("mpjpe_h.world").frame
+    rows = results.rows[results.rows.value_id == "mpjpe_h.world"]
     for line in frame.itertuples():
-        mine = rows[(rows.method == line.method) & (rows.split == line.split)]
-        assert line.value == pytest.approx(per_clip(mine).mean(), rel=1e-6)
-        assert (line.cases, line.clips) == (len(mine), mine["clip"].nunique())
+        selected = rows[(rows.method == line.method) & (rows.split == line.split)]
+        assert line.value == pytest.approx(per_clip(selected).mean(), rel=1e-6)
+        assert (line.cases, line.clips) == (len(selected), selected["clip"].nunique())
         assert line.ranked == (line.method != "toy_method[does=picky]")
-    assert str(found.table()) == str(rb.load_results(found.places[0].root).table())
+    assert str(results.table()) == str(rb.load_results(results.places[0].root).table())
 
 
-def test_the_best_are_named_only_where_clips_can_tell(found):
+def test_the_best_are_named_only_where_clips_can_tell(results):
     """Errors of 0.01 m and of shaken limbs: the order is known; three clips cannot test it, twelve can."""
-    best = found.table("mpjpe_h.world").best()
+    best = results.table("mpjpe_h.world").best()
     assert best.loc["mpjpe_h.world", "intra"] == "toy_method (not tested)"
     more = run("toy_method", "toy_method[does=shaken]", dataset="toy_cases[clips=12]", splits="intra")
     assert more.table("mpjpe_h.world").best().loc["mpjpe_h.world", "intra"] == "toy_method"
@@ -127,26 +127,28 @@ def test_the_best_are_named_only_where_clips_can_tell(found):
     assert "toy_method better" in str(comparison)
 
 
-def test_the_worst_cases_come_first_whatever_better_means(found):
-    rows = found.rows[(found.rows.method == "toy_method[does=shaken]") & (found.rows.split == "cross")]
-    worst = found.worst("toy_method[does=shaken]", "mpjpe_h.world", splits="cross", n=4)
+def test_the_worst_cases_come_first_whatever_better_means(results):
+    rows = results.rows[
+        (results.rows.method == "toy_method[does=shaken]") & (results.rows.split == "cross")
+    ]
+    worst = results.worst("toy_method[does=shaken]", "mpjpe_h.world", splits="cross", n=4)
     expected = rows[rows.value_id == "mpjpe_h.world"].nlargest(4, "value")
     assert worst.case.tolist() == expected.case.tolist()
     assert worst["mpjpe_h.world"].tolist() == expected.value.tolist()
     with pytest.raises(rb.BenchError, match="no result has a value 'nothing'"):
-        found.worst("toy_method", "nothing")
+        results.worst("toy_method", "nothing")
 
 
 def test_worst_cases_of_what_no_case_has_are_answered_by_the_reason(tmp_path):
     place = stored.store(tmp_path, "cross", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
     needs = stored.VALUES | {"ratio": stored.VALUES["ratio"] | {"needs": ["rotations"]}}
     stored.changed(place, set_values={"fid": stored.VALUES["ratio"] | {"label": "FID"}}, values=needs)
-    found = rb.load_results(tmp_path)
-    with pytest.raises(rb.BenchError, match=r"FID \(fid\) is a value of all answers as one set") as said:
-        found.worst("m", "FID")
-    assert len(str(said.value)) < 250
+    loaded = rb.load_results(tmp_path)
+    with pytest.raises(rb.BenchError, match=r"FID \(fid\) is a value of all answers as one set") as error:
+        loaded.worst("m", "FID")
+    assert len(str(error.value)) < 250
     with pytest.raises(rb.BenchError, match=r"no answer of m has a ratio \(ratio\): needs rotations"):
-        found.worst("m", "ratio")
+        loaded.worst("m", "ratio")
 
 
 def test_rows_and_worst_cases_tell_people_from_four_legged_bodies(tmp_path):
@@ -156,15 +158,15 @@ def test_rows_and_worst_cases_tell_people_from_four_legged_bodies(tmp_path):
     assert set(rows.bodies) == {""}  # they do not say
     stored.metadata(place, legs={"ann": "2", "bo": "2", "rex": "4"})
     results = rb.load_results(tmp_path)
-    found = results.rows.groupby("bodies").value.mean()
-    assert found.to_dict() == {"people": 1.0, "four-legged": 9.0, "mixed": 5.0}
+    means = results.rows.groupby("bodies").value.mean()
+    assert means.to_dict() == {"people": 1.0, "four-legged": 9.0, "mixed": 5.0}
     assert results.worst("m").bodies.tolist() == ["people"]
     assert results.worst("m", bodies="four-legged")["mpjpe_h.world"].tolist() == [9.0]
     assert results.worst("m", bodies="all").bodies.tolist() == ["four-legged", "mixed", "people"]
 
 
 @pytest.mark.parametrize(
-    ("call", "told"),
+    ("call", "message"),
     [
         (lambda r: rb.load_motion(3), "load_motion: path is 3, of type int; it takes text or a path"),
         (lambda r: rb.load_character(b"a"), "load_character: path is b'a', of type bytes; it takes text"),
@@ -190,39 +192,39 @@ def test_rows_and_worst_cases_tell_people_from_four_legged_bodies(tmp_path):
         (lambda r: r.worst("toy_method", n="3"), "worst: n is '3', of type str; it takes a whole number"),
     ],
 )
-def test_arguments_of_the_wrong_type_are_told_in_a_sentence(found, call, told):
-    with pytest.raises(rb.BenchError, match=told):
-        call(found)
+def test_arguments_of_the_wrong_type_are_told_in_a_sentence(results, call, message):
+    with pytest.raises(rb.BenchError, match=message):
+        call(results)
 
 
-def test_arguments_of_alike_types_are_taken_as_they_are(found):
+def test_arguments_of_alike_types_are_taken_as_they_are(results):
     """numpy's numbers, and columns of data frames."""
-    frame = found.worst("toy_method", n=np.int64(2))
+    frame = results.worst("toy_method", n=np.int64(2))
     assert len(frame) == 2
     names = pd.Series(["toy_method", "toy_method[does=shaken]"])
-    assert found.only(names).methods == list(names)
+    assert results.only(names).methods == list(names)
     with pytest.raises(TypeError, match=r"load_motion\(\) missing"):
         rb.load_motion()  # type: ignore[call-arg]
 
 
-def test_refused_cases_are_problems_and_cost_no_other(found):
-    problems = found.problems
+def test_refused_cases_are_problems_and_cost_no_other(results):
+    problems = results.problems
     assert set(problems.method) == {"toy_method[does=picky]"}
     assert set(problems.status) == {"unsupported"}
     assert set(problems.message) == {"I only know tall targets"}
     assert problems.case.str.contains("tall>small").all()
     assert len(problems) == 6
-    assert not found.only("toy_method").problems.size
+    assert not results.only("toy_method").problems.size
 
 
-def test_results_can_be_narrowed(found):
-    some = found.only(["toy_method"], "cross")
+def test_results_can_be_narrowed(results):
+    some = results.only(["toy_method"], "cross")
     assert (some.methods, some.splits) == (["toy_method"], ["cross"])
     assert "cross of toy_cases: 6 cases" in repr(some)
     with pytest.raises(rb.BenchError, match="no results of split 'self' here; there are intra, cross"):
-        found.only(splits=["self"])
+        results.only(splits=["self"])
     with pytest.raises(rb.BenchError, match=r"no results of 'toy_metod' here; did you mean toy_method"):
-        found.only("toy_metod")
+        results.only("toy_metod")
 
 
 # --------------------------------------------------------------------------------------- saving, loading
@@ -230,34 +232,34 @@ def files_in(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
-def test_saved_results_are_the_same_and_alone(found, tmp_path):
-    saved = found.only("toy_method").save(tmp_path / "kept")
+def test_saved_results_are_the_same_and_alone(results, tmp_path):
+    saved = results.only("toy_method").save(tmp_path / "kept")
     later = rb.load_results(saved)
-    mine = found.only("toy_method")
-    pd.testing.assert_frame_equal(later.rows, mine.rows)
-    assert str(later.table()) == str(mine.table())
-    here, there = files_in(saved), files_in(found.places[0].root)
+    narrowed = results.only("toy_method")
+    pd.testing.assert_frame_equal(later.rows, narrowed.rows)
+    assert str(later.table()) == str(narrowed.table())
+    here, there = files_in(saved), files_in(results.places[0].root)
     assert here.items() <= there.items()
     assert not [name for name in here if "toy_method-" in name]
     assert len([name for name in here if name.endswith(".npz") and "toy_method/" in name]) == 12
 
 
-def test_saving_replaces_nothing_by_accident_and_leaves_nothing_half_done(found, tmp_path, monkeypatch):
+def test_saving_replaces_nothing_by_accident_and_leaves_nothing_half_done(results, tmp_path, monkeypatch):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.txt").write_text("work of years")
     for overwrite in (False, True):
         with pytest.raises(rb.BenchError, match="thesis holds other files than results"):
-            found.save("thesis", overwrite=overwrite)
+            results.save("thesis", overwrite=overwrite)
     with pytest.raises(rb.BenchError, match="is where these results lie"):
-        found.save(found.places[0].root, overwrite=True)
-    found.only("toy_method").save("notes")
+        results.save(results.places[0].root, overwrite=True)
+    results.only("toy_method").save("notes")
     (tmp_path / "notes" / "read_me.txt").write_text("by hand")
     with pytest.raises(rb.BenchError, match="notes holds other files than results"):
-        found.save("notes", overwrite=True)
-    found.only("toy_method").save("kept")
+        results.save("notes", overwrite=True)
+    results.only("toy_method").save("kept")
     before = files_in(tmp_path)
     with pytest.raises(rb.BenchError, match="overwrite=True"):
-        found.save("kept")
+        results.save("kept")
 
     def full(*args, **kwargs):
         raise OSError(28, "No space left on device")
@@ -265,10 +267,10 @@ def test_saving_replaces_nothing_by_accident_and_leaves_nothing_half_done(found,
     with monkeypatch.context() as patch:
         patch.setattr(shutil, "copytree", full)
         with pytest.raises(rb.BenchError, match="kept: cannot be written"):
-            found.save("kept", overwrite=True)
+            results.save("kept", overwrite=True)
     assert files_in(tmp_path) == before
-    found.save("kept", overwrite=True)
-    assert sorted(rb.load_results("kept").methods) == sorted(found.methods)
+    results.save("kept", overwrite=True)
+    assert sorted(rb.load_results("kept").methods) == sorted(results.methods)
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
 
 
@@ -285,8 +287,8 @@ def test_folders_without_results_are_told():
 
 
 # ------------------------------------------------------------------------------------------------- runs
-def test_commands_and_python_share_results(found, capsys):
-    shutil.copytree(found.places[0].root, "runs")
+def test_commands_and_python_share_results(results, capsys):
+    shutil.copytree(results.places[0].root, "runs")
     again = run("toy_method", overwrite="never")
     assert again.methods == ["toy_method"]
     with pytest.raises(SystemExit):
@@ -294,43 +296,43 @@ def test_commands_and_python_share_results(found, capsys):
     assert str(rb.load_results("runs").table()) == capsys.readouterr().out
 
 
-def test_a_run_of_some_clips_is_that_of_the_command(found, capsys):
+def test_a_run_of_some_clips_is_that_of_the_command(results, capsys):
     """Its clips, its table; a run without limits does the rest."""
-    shutil.copytree(found.places[0].root, "runs")
-    look = run("toy_method", "toy_method[does=shaken]", "copy_rotations", limit=1)
-    assert look.rows[look.rows.method == "copy_rotations"]["clip"].nunique() == 1
-    assert "1 of 3 clips so far" in str(look.table())
+    shutil.copytree(results.places[0].root, "runs")
+    limited = run("toy_method", "toy_method[does=shaken]", "copy_rotations", limit=1)
+    assert limited.rows[limited.rows.method == "copy_rotations"]["clip"].nunique() == 1
+    assert "1 of 3 clips so far" in str(limited.table())
     names = ["toy_method", "toy_method[does=shaken]", "copy_rotations"]
     with pytest.raises(SystemExit):
         main(["run", *names, "-d", "toy_cases", "--metrics", "position", "--limit", "1", "-j", "1"])
-    said = capsys.readouterr().out
-    assert str(look.table()) == said[: len(str(look.table()))]
-    assert len(look.problems) == 0
+    output = capsys.readouterr().out
+    assert str(limited.table()) == output[: len(str(limited.table()))]
+    assert len(limited.problems) == 0
     with pytest.raises(rb.BenchError, match="the results of copy_rotations are not complete"):
-        look.save("kept")
+        limited.save("kept")
     assert not Path("kept").exists()
-    named = run("copy_rotations", clips=("CLIP 0", "clip 2"), splits="intra")
-    assert set(named.rows["clip"]) >= {"clip 0", "clip 2"}
-    assert look.only("copy_rotations").table().frame.value.notna().all()
+    chosen = run("copy_rotations", clips=("CLIP 0", "clip 2"), splits="intra")
+    assert set(chosen.rows["clip"]) >= {"clip 0", "clip 2"}
+    assert limited.only("copy_rotations").table().frame.value.notna().all()
     with pytest.raises(rb.BenchError, match=r"no clip fits 'walk\*'; there are clip 0"):
         run("copy_rotations", clips="walk*")
-    whole = run("copy_rotations")
-    assert whole.rows["clip"].nunique() == found.rows["clip"].nunique()
-    assert "so far" not in str(whole.table())
+    complete = run("copy_rotations")
+    assert complete.rows["clip"].nunique() == results.rows["clip"].nunique()
+    assert "so far" not in str(complete.table())
 
 
 def test_a_method_file_that_changes_in_a_session_is_run_anew():
     file = Path("mine.py")
     errors = []
     for step in (0.0, 0.5, 0.5):
-        file.write_text(f'"""Mine."""\n{MINE.format(step=step)}')
+        file.write_text(f'"""Mine."""\n{OWN_METHOD.format(step=step)}')
         rows = run("mine.py", splits="intra").rows
         errors.append(rows[rows.value_id == "mpjpe_h.world"].value.mean())
     assert errors[1] == errors[2] > 10 * errors[0]
 
 
 def test_a_method_may_be_named_by_its_module_or_class_but_not_be_an_object(monkeypatch):
-    Path("mine.py").write_text(f'"""Mine."""\n{MINE.format(step=0.0)}')
+    Path("mine.py").write_text(f'"""Mine."""\n{OWN_METHOD.format(step=0.0)}')
     monkeypatch.syspath_prepend(".")
     import mine  # type: ignore[import-not-found]
 
@@ -362,12 +364,12 @@ def test_a_plain_script_runs_with_worker_processes(tmp_path):
         "               metrics='position', splits='intra', jobs=2, timed=False)\n"
         "print(len(found.rows.case.unique()), 'cases')\n"
     )
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False
     )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == "begins\n6 cases\n"
-    assert "6 of 6 answers" in done.stderr
+    assert completed.returncode == 0, completed.stderr
+    assert completed.stdout == "begins\n6 cases\n"
+    assert "6 of 6 answers" in completed.stderr
 
 
 # ---------------------------------------------------------------------------------------------- motions
@@ -399,12 +401,12 @@ def test_a_saved_motion_is_the_file_that_the_command_writes(tmp_path):
     np.testing.assert_allclose(
         importer.load("half.bvh", Reading(unit="m")).motion.positions, answer.positions[::2], atol=1e-6
     )
-    for name, told in (("me.bvh", "would overwrite me.bvh"), ("me.fbx", "ends in .bvh")):
-        with pytest.raises(rb.BenchError, match=told):
+    for name, message in (("me.bvh", "would overwrite me.bvh"), ("me.fbx", "ends in .bvh")):
+        with pytest.raises(rb.BenchError, match=message):
             answer.save(name)
 
 
-def test_a_motion_of_no_file_is_saved_in_metres(tmp_path, found):
+def test_a_motion_of_no_file_is_saved_in_metres(tmp_path, results):
     motion = importer.load(bvh_file(tmp_path / "walk.bvh", 5), Reading(unit="m")).motion
     body = motion.character
     answer = rb.retarget(motion, body, "copy_rotations")
@@ -420,9 +422,9 @@ def test_a_doubtful_file_is_warned_of_in_words_of_python(tmp_path):
     file = bvh_file(tmp_path / "giant.bvh", 5)
     recording = importer.load(file, Reading(unit="m")).motion
     bvh.write("giant.bvh", recording, scale=6.0)
-    with pytest.warns(UserWarning, match=r"the unit is a guess: .* say unit=\w+ or unit=\w+") as told:
+    with pytest.warns(UserWarning, match=r"the unit is a guess: .* say unit=\w+ or unit=\w+") as caught:
         rb.load_motion("giant.bvh")
-    assert "--" not in str(told[0].message)
+    assert "--" not in str(caught[0].message)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert rb.load_motion("giant.bvh", unit=str(1 / 6)).character.height == pytest.approx(

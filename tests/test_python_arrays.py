@@ -22,20 +22,20 @@ def positions() -> np.ndarray:
     return danced(Character.of("body", average.skeleton(SMPL)), FRAMES)
 
 
-def quiet(function, *given, **named):
+def quiet(function, *arguments, **options):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.filterwarnings("ignore", ".* the feet are mostly")  # of bodies that end in the ankles
-        return function(*given, **named)
+        return function(*arguments, **options)
 
 
 @pytest.mark.parametrize("joints", ["smpl", "SMPL", SMPL.joints, None])
 def test_rotations_are_fitted_to_an_array(positions, joints):
-    found = quiet(rb.load_motion, positions, joints=joints, rate=30, name="ada")
-    assert (found.fps, found.frames, found.character.name) == (30.0, FRAMES, "ada")
-    np.testing.assert_allclose(found.positions, positions, atol=1e-5)
-    assert found.skeleton.names == SMPL.joints
-    np.testing.assert_allclose(np.linalg.norm(found.rotations, axis=2), 1.0)
+    fitted = quiet(rb.load_motion, positions, joints=joints, rate=30, name="ada")
+    assert (fitted.fps, fitted.frames, fitted.character.name) == (30.0, FRAMES, "ada")
+    np.testing.assert_allclose(fitted.positions, positions, atol=1e-5)
+    assert fitted.skeleton.names == SMPL.joints
+    np.testing.assert_allclose(np.linalg.norm(fitted.rotations, axis=2), 1.0)
 
 
 def test_some_of_the_joints_are_named_as_papers_do(positions):
@@ -53,16 +53,16 @@ def test_some_of_the_joints_are_named_as_papers_do(positions):
 
 def test_unit_and_axis_of_an_array_are_found_or_said(positions):
     turned = 100 * positions[..., [0, 2, 1]] * [1, -1, 1]
-    for said in ({}, {"unit": "cm", "up": "z"}):
-        found = quiet(rb.load_motion, turned, rate=30, **said)
-        np.testing.assert_allclose(found.positions, positions, atol=1e-4)
-    with pytest.warns(UserWarning, match="array: the rate is not stated: 20 frames per second") as told:
+    for stated in ({}, {"unit": "cm", "up": "z"}):
+        loaded = quiet(rb.load_motion, turned, rate=30, **stated)
+        np.testing.assert_allclose(loaded.positions, positions, atol=1e-4)
+    with pytest.warns(UserWarning, match="array: the rate is not stated: 20 frames per second") as caught:
         rb.load_motion(positions)
-    assert told[0].filename == __file__
+    assert caught[0].filename == __file__
 
 
 @pytest.mark.parametrize(
-    ("array", "named", "told"),
+    ("array", "options", "message"),
     [
         (np.zeros((4, 17, 3)), {}, r"array: is of shape \(4, 17, 3\); joint positions of the SMPL"),
         (np.zeros((4, 17, 3)), {"joints": "smpl"}, r"positions of these joints are \(frames, 24, 3\)"),
@@ -79,9 +79,9 @@ def test_unit_and_axis_of_an_array_are_found_or_said(positions):
         ([1, 2], {}, r"load_motion: path is \[1, 2\], of type list; it takes text or a path or an array"),
     ],
 )
-def test_arrays_that_hold_no_motion_are_refused_in_a_sentence(array, named, told):
-    with pytest.raises(rb.BenchError, match=told):
-        rb.load_motion(array, **named)
+def test_arrays_that_hold_no_motion_are_refused_in_a_sentence(array, options, message):
+    with pytest.raises(rb.BenchError, match=message):
+        rb.load_motion(array, **options)
 
 
 def test_an_array_is_retargeted_as_the_motion_that_it_is(positions, tmp_path, monkeypatch):
@@ -90,21 +90,21 @@ def test_an_array_is_retargeted_as_the_motion_that_it_is(positions, tmp_path, mo
     motion = quiet(rb.load_motion, positions, rate=20)
     expected = rb.retarget(motion, body, "copy_rotations")
     with pytest.warns(UserWarning, match="the rate is not stated"):
-        found = rb.retarget(positions, body, "copy_rotations", joints="smpl")
-    np.testing.assert_array_equal(found.positions, expected.positions)
-    assert found.character is body
-    found.save("out.bvh")
+        answer = rb.retarget(positions, body, "copy_rotations", joints="smpl")
+    np.testing.assert_array_equal(answer.positions, expected.positions)
+    assert answer.character is body
+    answer.save("out.bvh")
     again = rb.load_motion("out.bvh", unit="m")
-    order = [again.skeleton.index(name) for name in found.skeleton.names]
-    np.testing.assert_allclose(again.positions[:, order], found.positions, atol=1e-4)
+    order = [again.skeleton.index(name) for name in answer.skeleton.names]
+    np.testing.assert_allclose(again.positions[:, order], answer.positions, atol=1e-4)
 
 
 def test_a_list_gives_a_list(positions):
     body = quiet(rb.load_character, positions[:1] * 1.1, rate=30)
     walks = [quiet(rb.load_motion, some, rate=30) for some in (positions, positions[5:])]
-    found = rb.retarget(walks, body, "copy_rotations")
-    assert [each.frames for each in found] == [FRAMES, FRAMES - 5]
-    for source, answer in zip(walks, found, strict=True):
+    answers = rb.retarget(walks, body, "copy_rotations")
+    assert [each.frames for each in answers] == [FRAMES, FRAMES - 5]
+    for source, answer in zip(walks, answers, strict=True):
         one = rb.retarget(source, body, "copy_rotations")
         np.testing.assert_array_equal(answer.positions, one.positions)
     assert rb.retarget([], body) == []

@@ -32,12 +32,12 @@ def cells() -> list[dict[str, Any]]:
 def folder(tmp_path_factory) -> Iterator[Path]:
     """One folder for both, as what the one has computed the other need not; no processes."""
     before = Path.cwd()
-    made = tmp_path_factory.mktemp("session")
+    session = tmp_path_factory.mktemp("session")
     with without_processes(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(registry, "_FILES", {})
         patch.setattr(timing, "ENOUGH_SECONDS", 0.0)
-        os.chdir(made)
-        yield made
+        os.chdir(session)
+        yield session
         os.chdir(before)
 
 
@@ -68,23 +68,23 @@ def shown(folder) -> dict[str, Any]:
 def of(shown: dict[str, Any], *words: str) -> list[Any]:
     """What the cells show that have these words in their last line."""
     return [
-        found for source, found in shown.items() if all(word in source.split("\n")[-1] for word in words)
+        value for source, value in shown.items() if all(word in source.split("\n")[-1] for word in words)
     ]
 
 
 def test_the_notebook_answers_its_five_questions(shown, folder):
-    best, mine = of(shown, "table().best()")
+    best, user_rows = of(shown, "table().best()")
     assert list(best.columns) == ["cross", "intra", "self"]
     # copies put no foot where it was, and inverse kinematics does
     assert best.loc["contact_recall", "cross"].startswith("ik")
     assert best.loc["mpjpe_h.world", "self"].startswith("copy_rotations")
-    assert "my_method" in " ".join(mine.to_numpy().ravel())
+    assert "my_method" in " ".join(user_rows.to_numpy().ravel())
 
     (compared,) = of(shown, 'compare("ik"')
     verdicts = compared.frame.set_index(["split", "value"]).verdict
     assert verdicts["cross", "contact_recall"].startswith("ik better")
 
-    worst = next(found for source, found in shown.items() if source.endswith("\nworst"))
+    worst = next(value for source, value in shown.items() if source.endswith("\nworst"))
     assert worst["mpjpe_h.world"].is_monotonic_decreasing
     (player,) = of(shown, "results.show(")
     assert player.scene.case == worst.case[0]
@@ -100,9 +100,9 @@ def test_the_notebook_answers_its_five_questions(shown, folder):
 
 
 def test_what_a_notebook_shows_is_rich(shown):
-    for found in shown.values():
-        if found is not None and not isinstance(found, Path | str):
-            assert "<" in (found._repr_html_() if hasattr(found, "_repr_html_") else f"<{found!r}>")
+    for value in shown.values():
+        if value is not None and not isinstance(value, Path | str):
+            assert "<" in (value._repr_html_() if hasattr(value, "_repr_html_") else f"<{value!r}>")
     table = of(shown, "results.table()")[0]
     html = table._repr_html_()
     assert html.count('<table class="results"') == 1  # all splits side by side

@@ -22,9 +22,9 @@ def test_it_is_short():
 def test_its_two_commands_are_targets_of_the_makefile():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     blocks = re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
-    made = [line for block in blocks for line in block.splitlines() if line.startswith("make ")]
-    assert made == ["make bench", "make test"]
-    for line in made:
+    commands = [line for block in blocks for line in block.splitlines() if line.startswith("make ")]
+    assert commands == ["make bench", "make test"]
+    for line in commands:
         assert re.search(rf"^{line.split()[1]}:", makefile, re.MULTILINE)
 
 
@@ -65,27 +65,27 @@ def test_pages_that_code_names_exist():
     files = [
         file for name in folders for end in ("py", "sh", "json") for file in (ROOT / name).rglob(f"*.{end}")
     ]
-    named = {
+    references = {
         (file.relative_to(ROOT).as_posix(), page)
         for file in files
         for page in re.findall(r"\b(?:docs|results)/\w+\.md", file.read_text(encoding="utf-8"))
     }
-    assert len(named) > 10
-    assert not [(file, page) for file, page in named if not (ROOT / page).is_file()]
+    assert len(references) > 10
+    assert not [(file, page) for file, page in references if not (ROOT / page).is_file()]
 
 
 def test_files_that_pages_name_exist():
     """Paths in backticks: from the root of the repository, in ARCHITECTURE.md anywhere in the core, too."""
     rooms = "retarget_bench|methods|metrics|datasets|tests|tools|results|docs"
-    named = {
+    references = {
         (page, path)
         for page in PAGES
         if page != "ARCHITECTURE.md"
         for path in re.findall(rf"`((?:{rooms})/[\w./-]+)", (ROOT / page).read_text(encoding="utf-8"))
         if "my_" not in path  # the reader's own
     }
-    assert len(named) > 20
-    assert not [(page, path) for page, path in named if not (ROOT / path).exists()]
+    assert len(references) > 20
+    assert not [(page, path) for page, path in references if not (ROOT / path).exists()]
     architecture = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
     inside = {path.rstrip("/") for path in re.findall(r"`(\w+/[\w./-]*)`", architecture)}
     assert len(inside) > 20

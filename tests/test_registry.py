@@ -54,9 +54,9 @@ def test_built_in_names_are_the_files_of_the_room(kind):
     room = Path(__file__).parents[1] / registry.ROOMS[kind]
     expected = {p.stem for p in room.glob("*.py") if p.name[0] != "_"}
     expected |= {p.parent.name for p in room.glob("*/__init__.py") if p.parent.name[0] != "_"}
-    found = {e.name: e for e in registry.names(kind) if e.origin == registry.BUILT_IN}
-    assert set(found) == expected
-    for entry in found.values():
+    by_name = {e.name: e for e in registry.names(kind) if e.origin == registry.BUILT_IN}
+    assert set(by_name) == expected
+    for entry in by_name.values():
         assert entry.path is not None
         first = entry.path.read_text(encoding="utf-8").splitlines()[0]
         assert first.strip('"') == entry.summary != ""
@@ -150,8 +150,8 @@ plugin = Preset
 
 def test_overrides_in_a_dataclass_are_parameters_like_any_other(tmp_path):
     registry.add_file(write(tmp_path, "preset", PRESET))
-    found = registry.create("methods", "preset[rule=left,speed=2]")
-    assert found.got == {"variant": "own", "rule": "left", "speed": 2.0, "loud": False}
+    created = registry.create("methods", "preset[rule=left,speed=2]")
+    assert created.got == {"variant": "own", "rule": "left", "speed": 2.0, "loud": False}
     spec = registry.canonical("methods", "preset[rule='',speed=-1,loud=true]")
     assert str(spec) == "preset[loud=true]", "defaults are left out"
     shown = parameters.describe(registry.load("methods", "preset"))

@@ -12,7 +12,7 @@ ROW = ("rows", "main", "cross")
 
 
 @pytest.fixture
-def named(tmp_path: Path) -> list[str]:
+def page_patterns(tmp_path: Path) -> list[str]:
     page = tmp_path / "CHANGES.md"
     page.write_text(
         "# Numbers that moved\n\n"
@@ -23,41 +23,41 @@ def named(tmp_path: Path) -> list[str]:
     return same_numbers.patterns(page)
 
 
-def test_a_fact_that_moved_is_named_by_a_line_of_the_page_or_by_nothing(named: list[str]) -> None:
+def test_a_fact_that_moved_is_named_by_a_line_of_the_page_or_by_nothing(page_patterns: list[str]) -> None:
     before = {(*ROW, method, "mpjpe"): "1.0" for method in ("ik", "pan[parts=three]", "pant")}
     after = dict.fromkeys(before, "2.0")
-    found = same_numbers.compare(before, after, {}, named)
-    assert found.same == 0
-    assert found.named == {
+    comparison = same_numbers.compare(before, after, {}, page_patterns)
+    assert comparison.same == 0
+    assert comparison.named == {
         "rows / * / pan[[]parts=three] / *": [
             ("rows / main / cross / pan[parts=three] / mpjpe", "1.0", "2.0")
         ]
     }
-    assert [fact for fact, *_ in found.unnamed] == [
+    assert [fact for fact, *_ in comparison.unnamed] == [
         "rows / main / cross / ik / mpjpe",
         "rows / main / cross / pant / mpjpe",
     ]
-    told = found.text("main_job")
-    assert "0 same, 0 renamed, 0 new, 1 named, 2 UNNAMED" in told
-    assert "rows / main / cross / ik / mpjpe: '1.0' -> '2.0'" in told
+    report = comparison.text("main_job")
+    assert "0 same, 0 renamed, 0 new, 1 named, 2 UNNAMED" in report
+    assert "rows / main / cross / ik / mpjpe: '1.0' -> '2.0'" in report
 
 
 def test_a_fact_may_be_called_otherwise_but_then_it_has_to_be_the_same() -> None:
     before = {(*ROW, "old_name", "a"): "1", (*ROW, "old_name", "b"): "2", (*ROW, "ik", "a"): "3"}
     after = {(*ROW, "name", "a"): "1", (*ROW, "name", "b"): "2.5", (*ROW, "ik", "a"): "3"}
-    found = same_numbers.compare(before, after, {"old_name": "name"}, [])
-    assert (found.same, found.renamed, found.new) == (1, 1, 0)
-    assert found.unnamed == [("rows / main / cross / old_name / b", "2", "2.5")]
+    comparison = same_numbers.compare(before, after, {"old_name": "name"}, [])
+    assert (comparison.same, comparison.renamed, comparison.new) == (1, 1, 0)
+    assert comparison.unnamed == [("rows / main / cross / old_name / b", "2", "2.5")]
 
 
 def test_a_fact_that_is_gone_differs_and_one_that_is_new_does_not() -> None:
-    found = same_numbers.compare({(*ROW, "ik"): "1"}, {(*ROW, "pan"): "1"}, {}, [])
-    assert (found.same, found.new) == (0, 1)
-    assert found.unnamed == [("rows / main / cross / ik", "1", "(gone)")]
+    comparison = same_numbers.compare({(*ROW, "ik"): "1"}, {(*ROW, "pan"): "1"}, {}, [])
+    assert (comparison.same, comparison.new) == (0, 1)
+    assert comparison.unnamed == [("rows / main / cross / ik", "1", "(gone)")]
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["nowhere", "HEAD", "--quick"], "'nowhere' is no revision of this repository"),
         (["HEAD", "HEAD", "--only", "nothing"], "there are no facts 'nothing' here, but main_job"),
@@ -66,7 +66,7 @@ def test_a_fact_that_is_gone_differs_and_one_that_is_new_does_not() -> None:
     ],
 )
 def test_wrong_words_compare_nothing_and_say_so(
-    words: list[str], told: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    words: list[str], message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["same_numbers.py", *words])
     try:
@@ -74,4 +74,4 @@ def test_wrong_words_compare_nothing_and_say_so(
     except SystemExit as stop:
         status = int(str(stop.code))
     assert status == 2
-    assert told in capsys.readouterr().err
+    assert message in capsys.readouterr().err

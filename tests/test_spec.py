@@ -96,9 +96,9 @@ def test_a_value_survives_being_written_unless_it_needed_quotes(value):
     ],
 )
 def test_values_have_the_type_they_look_like(text, expected):
-    found = Spec.parse(text).parameters
-    assert found == expected
-    assert [type(found[k]) for k in sorted(expected)] == [type(expected[k]) for k in sorted(expected)]
+    actual = Spec.parse(text).parameters
+    assert actual == expected
+    assert [type(actual[k]) for k in sorted(expected)] == [type(expected[k]) for k in sorted(expected)]
 
 
 @pytest.mark.parametrize(

@@ -201,9 +201,9 @@ def test_a_batch_that_answers_as_its_cases_alone_passes(tmp_path, bows):
 @pytest.mark.parametrize("fault", METHOD_FAULTS)
 def test_a_faulty_method_fails_the_check_that_is_meant_for_it(tmp_path, bows, fault):
     change, demand, problem = METHOD_FAULTS[fault]
-    found = failures("methods", plant(tmp_path, "method", change), bows)
-    (told,) = (text for name, text in found.items() if name.startswith(demand))
-    assert problem in told
+    problems = failures("methods", plant(tmp_path, "method", change), bows)
+    (message,) = (text for name, text in problems.items() if name.startswith(demand))
+    assert problem in message
     with pytest.raises(AssertionError, match="breaks its contract"):
         contract.assert_contract("methods", "faulty", bows)
 
@@ -259,9 +259,9 @@ METRIC_FAULTS = {
 @pytest.mark.parametrize("fault", METRIC_FAULTS)
 def test_a_faulty_metric_fails_the_check_that_is_meant_for_it(tmp_path, bows, fault):
     change, demand, problem = METRIC_FAULTS[fault]
-    found = failures("metrics", plant(tmp_path, "metric", change), bows)
-    (told,) = (text for name, text in found.items() if name.startswith(demand))
-    assert problem in told
+    problems = failures("metrics", plant(tmp_path, "metric", change), bows)
+    (message,) = (text for name, text in problems.items() if name.startswith(demand))
+    assert problem in message
 
 
 IDS = 'CaseInfo(f"faulty/{a}>{b}/{clip}", task, split, a, b, clip, frames=self.frames)'
@@ -343,9 +343,9 @@ DATA_FAULTS = {
 def test_a_faulty_data_set_fails_the_check_that_is_meant_for_it(tmp_path, monkeypatch, fault):
     monkeypatch.setattr(registry, "_FILES", {})
     change, demand, problem = DATA_FAULTS[fault]
-    found = failures("datasets", plant(tmp_path, "dataset", change), "")
-    (told,) = (text for name, text in found.items() if name.startswith(demand))
-    assert problem in told
+    problems = failures("datasets", plant(tmp_path, "dataset", change), "")
+    (message,) = (text for name, text in problems.items() if name.startswith(demand))
+    assert problem in message
 
 
 def test_what_cannot_be_built_is_an_error_and_no_failed_check(bows):

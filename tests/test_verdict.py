@@ -32,8 +32,8 @@ def case(name: str) -> Case:
 @cache
 def solved(name: str) -> tuple[Motion, Motion]:
     """A source, and the same performance solved for another body: right, and no copy of rotations."""
-    found = case(name)
-    return found.source, found.reference
+    loaded = case(name)
+    return loaded.source, loaded.reference
 
 
 def found_in(source: Motion, result: Motion) -> set[tuple[str, str]]:
@@ -77,8 +77,8 @@ def test_right_answers_of_other_bodies_have_nothing_to_look_at(every):
     infos = [info for split in ("intra", "cross") for info in data.cases("retarget", split)]
     judged = {}
     for info in infos[::every]:
-        given = data.load(info)
-        judged[info.id] = verdict(given.source, given.reference).defects
+        loaded = data.load(info)
+        judged[info.id] = verdict(loaded.source, loaded.reference).defects
     assert len(judged) >= 3
     assert judged == dict.fromkeys(judged, ())
 
@@ -98,8 +98,8 @@ def test_real_motion_held_by_ik_is_not_drowned_and_a_copy_slides(real_data):
     body = importer.load(next((real_data / "mixamo_san/Aj").glob("*.bvh"))).motion.character
     judged = {}
     for method in ("ik", "copy_rotations"):
-        asked = registry.create("methods", method)
-        judged[method] = verdict(dance, asked.retarget(dance, body, context=Context(seed=0)))
+        created = registry.create("methods", method)
+        judged[method] = verdict(dance, created.retarget(dance, body, context=Context(seed=0)))
     assert len(judged["ik"].defects) <= 2
     assert sum(each.kind == "slide" for each in judged["copy_rotations"].defects) >= 5
 
@@ -225,15 +225,17 @@ def test_a_hand_in_the_belly_is_found_where_there_is_a_mesh():
 def test_what_a_coarse_mesh_says_of_hands_is_what_the_mesh_says(monkeypatch):
     body = case(KICK).target
     motion = posed(body, elbow=100.0, frames=1)
-    made = penetration.coarse_body(body).mesh
+    coarse = penetration.coarse_body(body).mesh
     fast = penetration.shares_inside(motion, np.array([0]))
     monkeypatch.setattr(penetration, "coarse_body", lambda body: body)
     exact = penetration.shares_inside(motion, np.array([0]))
     assert exact.keys() == fast.keys() == {"left", "right"}
     for side in exact:
         assert fast[side] == pytest.approx(exact[side], abs=0.15)
-    assert len(made.vertices) < len(body.mesh.vertices)
-    edges = np.sort(np.concatenate([made.faces[:, [0, 1]], made.faces[:, [1, 2]], made.faces[:, [2, 0]]]))
+    assert len(coarse.vertices) < len(body.mesh.vertices)
+    edges = np.sort(
+        np.concatenate([coarse.faces[:, [0, 1]], coarse.faces[:, [1, 2]], coarse.faces[:, [2, 0]]])
+    )
     assert (np.unique(edges, axis=0, return_counts=True)[1] % 2 == 0).all(), "closed as before"
 
 
@@ -281,14 +283,14 @@ def test_motions_of_few_frames_have_a_verdict(frames):
 
 def many() -> Verdict:
     """Ten snaps of one knee and one slide, of rising severity."""
-    made = [
+    listed = [
         defects.Defect(
             "snap", "left knee", 10 * n, 10 * n + 2, 10 * n, 30.0, 1 / 3, "degrees", n + 2.0, "why"
         )
         for n in range(10)
     ]
-    made.append(defects.Defect("slide", "left foot", 5, 9, 7, 8.0, None, "cm", 1.1, "slides"))
-    return Verdict(100, 30.0, tuple(sorted(made, key=lambda each: -each.severity)), ())
+    listed.append(defects.Defect("slide", "left foot", 5, 9, 7, 8.0, None, "cm", 1.1, "slides"))
+    return Verdict(100, 30.0, tuple(sorted(listed, key=lambda each: -each.severity)), ())
 
 
 def test_the_worst_are_printed_and_all_are_in_the_report():
@@ -297,13 +299,13 @@ def test_the_worst_are_printed_and_all_are_in_the_report():
     assert judged.lines[0] == "look at: frames 6-10 (0.2 s): slides"
     assert judged.lines[-1] == "look at: 7 more like these"
     assert judged.summary == "11 places to look at"
-    told = json.loads(json.dumps(judged.as_dict()))
-    assert len(told["places"]) == 11
-    first = told["places"][0]
+    report = json.loads(json.dumps(judged.as_dict()))
+    assert len(report["places"]) == 11
+    first = report["places"][0]
     assert (first["first"], first["last"], first["worst"]) == (91, 93, 91)
     assert first["seconds"] == [3.0, 3.067]
     assert first["source"] == 0.3333
-    assert told["places"][-1]["source"] is None
+    assert report["places"][-1]["source"] is None
 
 
 @pytest.mark.filterwarnings("ignore:.*(worse than|is a guess):UserWarning")
@@ -312,8 +314,8 @@ def test_verdicts_in_python_take_motions_and_files(tmp_path):
     judged = rb.verdict(source, bent(result, "left_leg", 70, slice(30, 31)))
     assert repr(judged) == "<Verdict on 65 frames: 1 place to look at>"
     assert str(judged) == judged.text()
-    mine = rb.retarget(source, result.character, "copy_rotations")
-    path = mine.save(tmp_path / "mine.bvh")
+    answer = rb.retarget(source, result.character, "copy_rotations")
+    path = answer.save(tmp_path / "mine.bvh")
     assert rb.verdict(path, path).summary == "nothing to look at"
     with pytest.raises(BenchError, match="verdict: source is 3"):
         rb.verdict(3, result)

@@ -30,6 +30,8 @@ class Difference:
     cases, clips:  how many they are over; of values of sets windows, and the clips that these are of.
     withheld:      why there is no verdict, though there may be clips enough; "" where there is one.
     adjusted:      the p-value, adjusted as ``compare`` says.
+    equal:         whether the means count as equal: both methods share the best mark of the table, or,
+                   where the table does not compare them, the means are within the value's tolerance.
     structure:     of the targets, of values of sets; "" of values of cases.
     """
 
@@ -42,6 +44,7 @@ class Difference:
     clips: int
     withheld: str = ""
     adjusted: float = 1.0
+    equal: bool = False
     structure: str = ""
 
     @cached_property
@@ -71,11 +74,6 @@ class Difference:
         return float(statistics.sign_flip(self.there[None])[0])
 
     @property
-    def equal(self) -> bool:
-        """True if the means differ by no more than the value's tolerance."""
-        return abs(self.difference) <= self.facts.tolerance
-
-    @property
     def verdict(self) -> str:
         """``first``, ``second`` (which is better), ``higher``, ``lower`` (the first, of a description),
         ``same`` (no clip differs by more than the value's tolerance), ``equal`` (the means do not), ``few``
@@ -84,7 +82,7 @@ class Difference:
             return "same"
         if self.withheld:
             return "withheld"
-        if self.equal and self.adjusted == 1.0:  # else the table tells one from the best, not the other
+        if self.equal:
             return "equal"
         if self.clips < ENOUGH_CLIPS:
             return "few"
@@ -146,7 +144,7 @@ def compare(
     both = {first.label, second.label}
     there = {key: rankings[key] for key in values if key in rankings}
     of_table = {key: each for key, each in there.items() if both <= set(each.order)}
-    p_of_best = {key: p for key, each in of_table.items() if (p := _of_best(each, both)) is not None}
+    of_best = {key: known for key, each in of_table.items() if (known := _of_best(each, both)) is not None}
     of_cases = [_of_cases(matrix, first, second, value, of_table.get(value)) for value in values]
     sets = [stored_sets(matrix, row) for row in (first, second)]
     versions = [compatibility.metric_versions(row.header) for row in (first, second)]
@@ -158,8 +156,8 @@ def compare(
     of_sets = [each for key in values if key in declared for each in _of_sets(declared[key], key, *sets)]
     of_sets = [each for each in of_sets if each.structure != TWO_LEGS or matrix.bodies]  # as in tables
     differences = [
-        *_adjusted([each for each in of_cases if each], p_of_best),
-        *_adjusted(of_sets, p_of_best),
+        *_adjusted([each for each in of_cases if each], of_best),
+        *_adjusted(of_sets, of_best),
     ]
     withheld: dict[str, list[str]] = {}
     for each in differences:
@@ -176,23 +174,30 @@ def compare(
     )
 
 
-def _of_best(ranking: Ranking, both: set[str]) -> float | None:
-    """The p-value of a table for two methods of which one is its best, or equal to it; None for others."""
+Known = tuple[float, bool]
+"""The p-value of two methods in a table, and whether they share its best mark."""
+
+
+def _of_best(ranking: Ranking, both: set[str]) -> Known | None:
+    """What a table knows of two methods of which one is its best, or equal to it; None of others."""
     others = both - set(ranking.order[: ranking.equal])
     if len(both) < 2 or others == both:
         return None
-    return ranking.p[others.pop()] if others else 1.0
+    return (ranking.p[others.pop()], False) if others else (1.0, True)
 
 
-def _adjusted(family: Sequence[Difference], p_values: Mapping[str, float]) -> list[Difference]:
-    """Differences with their p-values: the known ones by value id, and those of the others as a family."""
-    of_table = [p_values.get(each.value) if each.structure in ("", TWO_LEGS) else None for each in family]
-    rest = [each.apart for each, p in zip(family, of_table, strict=True) if p is None]
+def _adjusted(family: Sequence[Difference], of_best: Mapping[str, Known]) -> list[Difference]:
+    """Differences with their p-values: what a table knows by value id, and those of the others as a
+    family."""
+    of_table = [of_best.get(each.value) if each.structure in ("", TWO_LEGS) else None for each in family]
+    rest = [each.apart for each, known in zip(family, of_table, strict=True) if known is None]
     own = iter(statistics.step_down(np.array(rest)) if rest else ())
     adjusted = []
-    for each, p in zip(family, of_table, strict=True):
-        p_own = float(next(own)) if p is None else p
-        adjusted.append(replace(each, adjusted=1.0 if p is None and each.equal else p_own))
+    for each, known in zip(family, of_table, strict=True):
+        if known is None:
+            p, near = float(next(own)), abs(each.difference) <= each.facts.tolerance
+            known = (1.0 if near else p), near
+        adjusted.append(replace(each, adjusted=known[0], equal=known[1]))
     return adjusted
 
 

@@ -121,8 +121,6 @@ def _criteria(options: Options) -> Criteria:
         tolerance = Tolerance(0.0, number / 100) if match["share"] else Tolerance(number, 0.0)
         allowed[names.value_id(match["name"], installed) if match["name"] else ""] = tolerance
     values = names.value_ids(listed(options.columns), installed)
-    if options.columns and not values:
-        raise BenchError("--columns names no value; leave it out for all of them")
     return Criteria(frozenset(values), options.worse_only, allowed)
 
 

@@ -14,7 +14,7 @@ from retarget_bench.commands import echo
 from retarget_bench.commands.motion_files import MotionFile
 from retarget_bench.commands.options import OfResults, takes
 from retarget_bench.errors import BenchError
-from retarget_bench.options import Names, OfBodies, OfMethods, OfSplits, listed, option
+from retarget_bench.options import Names, OfBodies, OfMethods, OfSplits, declared, listed, option
 from retarget_bench.plugins import registry
 
 if TYPE_CHECKING:
@@ -26,6 +26,13 @@ if TYPE_CHECKING:
 KINDS = ("methods", "pairs", "growth", "recall", "levels", "attention")
 IN_HEIGHTS = "pan_recall_h"
 """The recall whose thresholds are in heights, which mean the same on every body."""
+OF_KINDS = {
+    "columns": ("methods", "pairs", "growth", "recall"),
+    "task": ("levels",),
+    "source": ("attention",),
+    "at": ("attention",),
+}
+"""Option -> the kinds that it is for, where it is not for all."""
 
 
 class Options(OfResults, OfMethods, OfSplits, OfBodies):
@@ -70,6 +77,9 @@ def command(kind: str, options: Options) -> None:
     Learned methods have two lines of one colour over levels: full for structures that training had, dashed
     for others.
     """
+    for name, kinds in OF_KINDS.items():
+        if kind not in kinds and getattr(options, name) != declared(Options)[name].default:
+            raise BenchError(f"--{name} is for bench plot {', '.join(kinds)}, and not for {kind}")
     if kind == "attention":
         _attention(options)
         return
@@ -128,6 +138,11 @@ def _chart(kind: str, places: Sequence[ResultPaths], options: Options, order: Se
         return draw_levels(matrix, seen_and_unseen(places, "level"), order)
     matrices, columns = of_bodies(matrices, options.bodies), listed(options.columns)
     if kind == "recall":
+        if columns not in ((), (IN_HEIGHTS,)):
+            raise BenchError(
+                f"recall is drawn over speeds, or over heights by --columns {IN_HEIGHTS}; "
+                f"got {', '.join(columns)}"
+            )
         return lines.recall(matrices, by_height=columns == (IN_HEIGHTS,), order=order)
     if len(columns) > 1:
         raise BenchError(f"a chart shows one value; --columns names {len(columns)}")

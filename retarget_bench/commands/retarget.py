@@ -87,13 +87,17 @@ def _one(job: Job) -> int:
         )
     job = replace(job, preview=plan.preview_of(options.preview, job.out, several=False))
     _check_beside([job], options)
-    say: Say = str if options.quiet else echo
-    warn: Say = str if options.quiet else partial(echo, err=True)
-    verdict = retarget(job, say, warn)
+    say: Say = _ignore if options.quiet else echo
+    warn: Say = _ignore if options.quiet else partial(echo, err=True)
+    verdict = retarget(job, say, warn, judged=not options.quiet or options.report is not None)
     if verdict is not None and not options.quiet:
         echo(verdict.text())
     _report(options, [_entry(job, "done", None if verdict is None else verdict.as_dict())])
     return 0
+
+
+def _ignore(line: str) -> None:
+    """Take a line that ``--quiet`` keeps from being printed."""
 
 
 def _many(sources: Sequence[MotionFile], targets: Sequence[MotionFile], options: Options) -> int:

@@ -238,7 +238,7 @@ class ShardWork:
 
     def _questions(self, unit: Unit, cases: Sequence[Case]) -> list[Question]:
         data = self._data(unit)
-        seeds = [store.case_seed(unit.seed, unit.seeded_as, case.info.id) for case in cases]
+        seeds = [store.case_seed(unit.seed, unit.seed_label, case.info.id) for case in cases]
         return [
             (case, context_for(unit.inputs, data, case, seed))
             for case, seed in zip(cases, seeds, strict=True)

@@ -61,10 +61,11 @@ class Task:
 class Unit:
     """The facts of an ``EvaluationUnit`` for the process that carries out a shard, which imports no method.
 
-    method: with the paths of its files in full. seed: the base seed. seeded_as: the name that its seeds are
-    made from. inputs: what it is given beside source and target. in_batches: whether it is given all cases
-    of a batch at once, because how it is composed decides how results round. learned: it has weights. lock:
-    of the environment that it answers in, if that is another one. keys: what its results are known by.
+    method: with the paths of its files in full. seed: the base seed. seed_label: the label of the method
+    without post-processors, which seeds are made from; "" for predictions made elsewhere. inputs: what it
+    is given beside source and target. in_batches: whether it is given all cases of a batch at once, because
+    how it is composed decides how results round. learned: it has weights. lock: of the environment that it
+    answers in, if that is another one. keys: what its results are known by.
     """
 
     dataset: Spec
@@ -72,7 +73,7 @@ class Unit:
     method: Spec
     paths: ResultPaths
     seed: int
-    seeded_as: str
+    seed_label: str
     inputs: Inputs
     in_batches: bool
     learned: bool

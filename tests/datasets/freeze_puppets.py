@@ -45,8 +45,8 @@ def main() -> None:
                 pool.apply(freezing.write)
                 same = sums.read_text(encoding="utf-8") == before
                 print(f"tiny: {'as before' if same else 'changed'}")
-            made = pool.apply(release)
-    print(f"release: {made['release']}, {_written(FILE, json.dumps(made, indent=1))}")
+            facts = pool.apply(release)
+    print(f"release: {facts['release']}, {_written(FILE, json.dumps(facts, indent=1))}")
 
 
 def _written(path: Path, text: str) -> str:

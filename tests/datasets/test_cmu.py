@@ -82,11 +82,11 @@ def test_what_is_trained_on_is_neither_tested_nor_validates(folder: Callable[...
     validation = data.validation()
     assert validation is not None
     assert clips(data) == {"05_01", "08_02b", "daz_s08t01", "daz_salsa01"}
-    found = {
+    clips_of = {
         name: {i.clip for s in SPLITS for i in part.cases("retarget", s)}
         for name, part in (("test", data), ("validation", validation))
     }
-    assert found == {"test": {"02_01"}, "validation": {"17_01", "35_02"}}
+    assert clips_of == {"test": {"02_01"}, "validation": {"17_01", "35_02"}}
     manifest = data.training_manifest()
     assert set(manifest["clips"]) == clips(data) | {"17_01", "35_02"}
     assert set(manifest["characters"]) == {"cmu05", "cmu08", "cmu_daz", "cmu17", "cmu35"}
@@ -122,8 +122,8 @@ def test_takes_of_another_skeleton_are_left_out(folder: Callable[..., Path]) -> 
     write_clip(place / "05_05.bvh", skeleton(plain_rig()), frames=20, seed=3)
     data = Cmu(str(place))
     assert clips(data) == {"05_01"}
-    for told in ("05_02 (another skeleton", "05_04 (", "05_05 (10 frames"):
-        assert told in data.training_notes[0]
+    for message in ("05_02 (another skeleton", "05_04 (", "05_05 (10 frames"):
+        assert message in data.training_notes[0]
 
 
 def test_places_that_hold_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -156,7 +156,7 @@ def test_the_real_folder(real_data: Path, cache: Path) -> None:
     """An hour of 20 skeletons to train on, seven minutes of four to validate; figures read rightly."""
     assert cache
     data = Cmu(str(real_data / "cmu_train"))
-    cast = {name: mine for each in data.training().values() for name, mine in each.items()}
+    cast = {name: motions for each in data.training().values() for name, motions in each.items()}
     assert len(cast) == 19
     assert sum(map(len, cast.values())) == 272
     for name in ("cmu05", "cmu_daz", "cmu_ltd"):
@@ -169,7 +169,7 @@ def test_the_real_folder(real_data: Path, cache: Path) -> None:
     assert set(validation.characters()) == {"cmu17", "cmu35", "cmu49", "cmu91"}
     cases = {info.clip.partition("-")[0] for s in SPLITS for info in validation.cases("retarget", s)}
     assert len(cases) == 53
-    assert not {name for mine in cast.values() for name in mine.names} & cases
+    assert not {name for motions in cast.values() for name in motions.names} & cases
 
 
 # ------------------------------------------------------------------------------------------ on other bodies
@@ -180,13 +180,16 @@ def onto(folder: Callable[..., Path]) -> Cmu:
 
 def test_takes_are_put_on_training_bodies_of_two_legs(onto: Cmu) -> None:
     apart = {body.name for family in families() for body in family.bodies.values() if only_tested(body)}
-    cast = {name for mine in onto.training().values() for name in mine if not name.startswith("cmu")}
+    cast = {name for bodies in onto.training().values() for name in bodies if not name.startswith("cmu")}
     assert len(cast) > 8
     assert not cast & (apart | set(VALIDATION_BODIES))
     assert set(onto.training()) >= {"body22", "body28", "body23"}
     assert "dog21" not in onto.training()
     takes = [
-        take for mine in onto.training().values() for name in cast & set(mine) for take in mine[name].names
+        take
+        for bodies in onto.training().values()
+        for name in cast & set(bodies)
+        for take in bodies[name].names
     ]
     assert Counter(takes) == dict.fromkeys(("05_01", "05_02", "08_01"), BODIES)
     assert cast < set(onto.training_manifest()["characters"])
@@ -216,7 +219,7 @@ def test_pairs_of_takes_are_marked_inexact(onto: Cmu) -> None:
     pairs = onto.training_pairs()
     assert pairs is not None
     assert Cmu(onto._root).training_pairs() is None
-    seen = set()
+    names = set()
     for index in range(0, len(pairs), 17):
         pair = pairs[index]
         source, target = pair.source.motion, pair.target.motion
@@ -227,8 +230,8 @@ def test_pairs_of_takes_are_marked_inexact(onto: Cmu) -> None:
         for each in (pair.source, pair.target):
             assert each.contacts is not None
             assert each.contacts.planted.shape == (source.frames, len(each.contacts.roles))
-        seen |= {source.character.name, target.character.name}
-    assert {"cmu05", "cmu08"} < seen
+        names |= {source.character.name, target.character.name}
+    assert {"cmu05", "cmu08"} < names
     again = Cmu(onto._root, bodies=12).training_pairs()
     assert again is not None
     np.testing.assert_array_equal(again[100].target.motion.rotations, pairs[100].target.motion.rotations)

@@ -96,19 +96,19 @@ def test_train_keeps_every_clip_and_has_no_case(two):
     assert data.notes == ("every clip is trained on (protocol=train), and none is a case",)
     assert not data.training_notes
     cast = data.characters()
-    for structure, mine in data.training().items():
-        assert {cast[name].structure for name in mine} == {structure}
+    for structure, bodies in data.training().items():
+        assert {cast[name].structure for name in bodies} == {structure}
     assert len(data.training()) == 2
 
 
 def test_what_is_trained_on_is_the_motion_of_the_files(two):
     clips = Folder(str(two), protocol="train", fps=0.0).training()
-    (mine,) = (each["Mousey_m"] for each in clips.values() if "Mousey_m" in each)
-    number = mine.names.index("take 7")
+    (motions,) = (each["Mousey_m"] for each in clips.values() if "Mousey_m" in each)
+    number = motions.names.index("take 7")
     expected = bvh.read(two / "Mousey_m" / "take 7.bvh", root="absolute", scale=0.01)
-    np.testing.assert_allclose(mine[number].root, expected.root, atol=1e-9)
-    assert mine[number].character.name == "Mousey_m"
-    assert [motion.frames for motion in mine[2:4]] == [4, 4]
+    np.testing.assert_allclose(motions[number].root, expected.root, atol=1e-9)
+    assert motions[number].character.name == "Mousey_m"
+    assert [motion.frames for motion in motions[2:4]] == [4, 4]
 
 
 def test_the_manifest_names_what_training_and_steering_have(two):
@@ -168,7 +168,7 @@ def motion(root=(0.0, 0.0, 0.0), turn=0.5, frames=12):
 
 
 @pytest.mark.parametrize(
-    ("made", "says"),
+    ("clip", "says"),
     [
         (motion((0.0, 0.01, 0.5)), ""),
         (motion((0.0, 0.01, 0.0), turn=0.0), ""),
@@ -177,19 +177,19 @@ def motion(root=(0.0, 0.0, 0.0), turn=0.5, frames=12):
         (motion(turn=0.0), "nothing moves in it"),
     ],
 )
-def test_a_path_without_height_and_a_pose_are_no_motion(made, says):
-    assert unusable(made) == says
+def test_a_path_without_height_and_a_pose_are_no_motion(clip, says):
+    assert unusable(clip) == says
 
 
 def test_such_a_file_is_refused_when_it_is_its_turn(two):
     bvh.write(two / "Aj" / "flat.bvh", motion((0.3, 0.0, 2.0)), scale=100.0)
-    mine = next(
+    motions = next(
         each["Aj"] for each in Folder(str(two), protocol="train").training().values() if "Aj" in each
     )
-    number = mine.names.index("flat")
+    number = motions.names.index("flat")
     with pytest.raises(Unusable, match=r"^flat: its hips never change their height$"):
-        mine[number]
-    assert mine[number + 1].frames == 2
+        motions[number]
+    assert motions[number + 1].frames == 2
 
 
 def test_methods_that_learn_from_training_poses_go_without_it(two):
@@ -200,7 +200,7 @@ def test_methods_that_learn_from_training_poses_go_without_it(two):
     bvh.write(two / "Aj" / "flat.bvh", motion((0.3, 0.0, 2.0)), scale=100.0)
     more = Folder(str(two), protocol="train").training()
     assert poses(more, target, 50).tolist() == without.tolist()
-    flat = {name: {"Aj": mine["Aj"][:1]} for name, mine in more.items() if "Aj" in mine}
+    flat = {name: {"Aj": bodies["Aj"][:1]} for name, bodies in more.items() if "Aj" in bodies}
     assert next(iter(flat.values()))["Aj"].names == ("flat",)
     with pytest.raises(NotSupported, match="no motion to train on"):
         poses(flat, target, 50)

@@ -162,10 +162,10 @@ def test_motion_is_that_of_the_files_in_metres(
         hips = source.positions[:, source.character.joint_of["hips"]]
         assert info.frames == 200
         assert hips[:, 1] == pytest.approx(bodies[info.source].measures.hip_height, rel=1e-4)
-        gone = hips[-1, 2] - hips[0, 2]
-        kind = "move" if gone > 0.1 else "idle"
+        distance = hips[-1, 2] - hips[0, 2]
+        kind = "move" if distance > 0.1 else "idle"
         assert info.kind == kind
-        assert gone == pytest.approx(1.5 * 199 / 30 if kind == "move" else 0.0, abs=1e-4)
+        assert distance == pytest.approx(1.5 * 199 / 30 if kind == "move" else 0.0, abs=1e-4)
 
 
 @given(frames=st.integers(1, 5000), most=st.integers(66, 600))

@@ -187,7 +187,7 @@ def test_wrong_roots_say_what_to_give(mini, tmp_path):
     (tmp_path / "empty").mkdir()
     (tmp_path / "fbx" / "Aj").mkdir(parents=True)
     (tmp_path / "fbx" / "Aj" / "Walk.fbx").touch()
-    for given, message in {
+    for path, message in {
         "": "--root DIR",
         str(tmp_path / "nowhere"): "there is no folder",
         str(root / "Aj"): f"--root {root.resolve()}",
@@ -197,7 +197,7 @@ def test_wrong_roots_say_what_to_give(mini, tmp_path):
         str(tmp_path / "fbx"): r"\.fbx files, and only BVH is read",
     }.items():
         with pytest.raises(BenchError, match=message):
-            Mixamo(given).cases("retarget", "self")
+            Mixamo(path).cases("retarget", "self")
 
 
 def test_a_parent_that_holds_other_data_too_is_recognised(mini, tmp_path):
@@ -339,12 +339,12 @@ def test_training_clips_are_read_when_asked_and_only_what_is_readable_is_listed(
     one, other, *_ = dataset.training()["mixamo-A"]["Aj"].names
     (root / "Aj" / f"{one}.bvh").write_bytes(b"")
     rigs.plain(root / "Aj" / f"{other}.bvh", size=0.6)
-    whole = fold(root, 0).training()
+    training = fold(root, 0).training()
     left = set(names) - {one, other}
-    assert list(whole) == ["mixamo-A"]
-    assert set(whole["mixamo-A"]["Aj"].names) <= left
-    assert len(whole["mixamo-A"]["BigVegas"]) == len(whole["mixamo-A"]["Aj"]) + 2
-    clips = whole["mixamo-A"]["Aj"]
+    assert list(training) == ["mixamo-A"]
+    assert set(training["mixamo-A"]["Aj"].names) <= left
+    assert len(training["mixamo-A"]["BigVegas"]) == len(training["mixamo-A"]["Aj"]) + 2
+    clips = training["mixamo-A"]["Aj"]
     assert [motion.frames for motion in clips[1:]] == [motion.frames for motion in clips][1:]
     last = dataset.motion("Aj", clips.names[-1])
     assert np.array_equal(clips[-1].rotations, last.rotations)

@@ -102,7 +102,7 @@ def test_it_is_not_the_whole_of_the_papers_test_set(root):
 def test_three_folds_train_one_steers_and_one_tests(root, number):
     dataset = Mixamo(root, protocol="folds", fold=number)
     held = {"Goblin_m": 0, "BigVegas": 1, "Kaya": 2, "Aj": 3, "Mousey_m": 4}
-    cast = {name: clips for mine in dataset.training().values() for name, clips in mine.items()}
+    cast = {name: clips for bodies in dataset.training().values() for name, clips in bodies.items()}
     assert set(cast) == {name for name, fold in held.items() if fold != number}
     shown = [
         {info.clip for split in SPLITS for info in part.cases("retarget", split)}

@@ -62,7 +62,7 @@ def test_wrong_requests_are_refused_in_words() -> None:
 # ----------------------------------------------------------------------------------- labels and answers
 def test_feet_are_planted_pivoting_or_free() -> None:
     """Whatever pivots does so about a point of its foot that stays where it is."""
-    data, seen = Puppets(), 0
+    data, count = Puppets(), 0
     for info in data.cases("retarget", "intra"):
         if info.kind not in ("walk", "arc", "march"):
             continue
@@ -87,8 +87,8 @@ def test_feet_are_planted_pivoting_or_free() -> None:
             rests = np.min(moves, axis=0)
             for k in (column, column + 1):
                 assert rests[pivoting[1:, k]].max(initial=0.0) < 1e-3, info.id
-                seen += int(pivoting[:, k].sum())
-    assert seen > 100
+                count += int(pivoting[:, k].sum())
+    assert count > 100
 
 
 def test_kind_phase_and_touches_are_known_for_every_frame() -> None:
@@ -107,7 +107,7 @@ def test_kind_phase_and_touches_are_known_for_every_frame() -> None:
 
 def test_touches_of_cases_are_the_labelled_ones_and_touch() -> None:
     """Every hand on a place of the own body that the labels name, where the rig has the place's joint."""
-    data, seen = Puppets(), Counter()
+    data, counts = Puppets(), Counter()
     for info in data.cases("retarget", "self"):
         case = data.load(info)
         labels = {k: v for k, v in data.labels(info).touches.items() if not k.endswith(("floor", "thing"))}
@@ -116,8 +116,8 @@ def test_touches_of_cases_are_the_labelled_ones_and_touch() -> None:
         for touch in case.touches:
             assert any(np.array_equal(touch.rests, label) for label in labels.values())
             assert touch_gap(case.reference, touch).max() < 0.01, info.id
-            seen[touch.bearing] += 1
-    assert len(seen) > 3
+            counts[touch.bearing] += 1
+    assert len(counts) > 3
 
 
 def test_the_second_answer_is_another_one_with_the_same_contacts() -> None:

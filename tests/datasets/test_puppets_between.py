@@ -71,18 +71,18 @@ def test_no_case_has_a_reference_and_real_motion_is_the_tests_own() -> None:
 def test_kinds_are_those_of_the_motion() -> None:
     """Told from scores; the rule that looks at motion agrees, but for seats, which are above the floor."""
     data = Puppets(between="legs")
-    seen = {
+    infos = {
         info.clip: info for structure in ("body22", "dog21") for info in data.real("retarget", structure)
     }
     disagree = []
-    for info in seen.values():
+    for info in infos.values():
         kind = action(data.load(info).source)
         if kind != info.kind and info.kind != "sit":
             disagree.append((info.clip, info.kind, kind))
-    assert len(seen) > 40
-    assert len(disagree) <= 0.1 * len(seen), disagree
+    assert len(infos) > 40
+    assert len(disagree) <= 0.1 * len(infos), disagree
     assert {
-        action(data.load(info).source) for info in seen.values() if info.clip.startswith("dog_sit")
+        action(data.load(info).source) for info in infos.values() if info.clip.startswith("dog_sit")
     } == {"sit"}
 
 

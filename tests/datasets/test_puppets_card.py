@@ -32,9 +32,9 @@ def test_every_kind_is_listed_and_those_held_out_are_marked() -> None:
 def test_every_body_is_listed_in_its_joint_set() -> None:
     for family in families():
         for name, body in family.bodies.items():
-            joints, named, held = rows("joint set")[body.structure.name]
+            joints, listed, held = rows("joint set")[body.structure.name]
             assert int(joints) == body.structure.joints
-            assert name in named.split(", ")
+            assert name in listed.split(", ")
             assert only_tested(body) == (held == "all" or name in held.split(", "))
 
 

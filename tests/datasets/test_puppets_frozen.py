@@ -91,8 +91,8 @@ def test_the_lists_are_those_of_the_generator(part: Part) -> None:
     assert frozen.training_manifest() == generated.training_manifest()
     for structure, cast in generated.training().items():
         for name, clips in cast.items():
-            found = frozen.training()[structure][name]
-            assert (found.names, found.frames, found.character) == (clips.names, clips.frames, name)
+            stored = frozen.training()[structure][name]
+            assert (stored.names, stored.frames, stored.character) == (clips.names, clips.frames, name)
 
 
 def test_some_of_all_is_what_the_generator_makes() -> None:

@@ -128,7 +128,7 @@ def test_training_is_steered_by_bodies_that_it_goes_without(size: str) -> None:
     data = Puppets(size=size)
     validation = data.validation()
     cast = data.characters()
-    trained = {name: c for mine in data.training().values() for name, c in mine.items()}
+    trained = {name: c for bodies in data.training().values() for name, c in bodies.items()}
     aside = set(data.training_manifest()["validation"])
     assert Counter(cast[name].structure for name in aside) == Counter(list(data.training()))
     assert set(data.training_manifest()["characters"]) == aside | set(trained)
@@ -168,13 +168,13 @@ def test_bodies_are_left_out_of_what_they_cannot_reach() -> None:
     listed = {info.clip for info in every(data)}
     for number, clip in enumerate(clips("tiny", 0)):
         assert clip.name in listed
-        known = left_out.get(clip.name, {})
-        tried = tuple({*known, *bodies_of(clip.family, "test")[number % 6 :: 6]})
+        gaps = left_out.get(clip.name, {})
+        tried = tuple({*gaps, *bodies_of(clip.family, "test")[number % 6 :: 6]})
         short = shortfalls(clip, tried)
-        assert set(short) == set(known) & set(tried), clip.name
+        assert set(short) == set(gaps) & set(tried), clip.name
         for name, gap in short.items():
             assert gap > TOUCHES
-            assert abs(gap - known[name]) < 1e-3
+            assert abs(gap - gaps[name]) < 1e-3
     for info in every(data):
         assert not {info.source, info.target} & set(left_out.get(info.clip, {}))
     assert left_out == {} or "Left out" in data.notes[1]

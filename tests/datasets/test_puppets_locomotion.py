@@ -41,7 +41,7 @@ def solved(kind: str, number: int, name: str) -> tuple[Body, Solution, np.ndarra
 def test_bodies_in_flight_fall_freely(kind: str, name: str) -> None:
     """The centre of mass has one acceleration, 9.81 m/s^2 on a leg of 0.92 m and in proportion on others,
     up to what is left of it after a few passes; no foot is labelled planted."""
-    seen = 0
+    count = 0
     for number in range(2):
         body, solution, places = solved(kind, number, name)
         height = centre_of_mass(body, places)[:, 1] / body.proportions.leg
@@ -51,8 +51,8 @@ def test_bodies_in_flight_fall_freely(kind: str, name: str) -> None:
                 continue
             fall = np.diff(height[off : strike + 1], 2) * 30.0**2
             np.testing.assert_allclose(fall, -9.81 / 0.92, rtol=0.05)
-            seen += len(fall)
-    assert seen > 5
+            count += len(fall)
+    assert count > 5
 
 
 # --------------------------------------------------------------------------------------------- gaits

@@ -82,10 +82,10 @@ def test_lists_are_fixed_and_balanced(size: str) -> None:
             assert list(matches) == list(again.matched(part)[pair])
             for family, side in ((people, "biped"), (dogs, "dog")):
                 names = Counter(getattr(match, side)[1] for match in matches)
-                known = {
+                expected = {
                     name for name in bodies_of(family, part) if family.bodies[name].structure.name in pair
                 }
-                assert set(names) == known
+                assert set(names) == expected
                 assert max(names.values()) <= min(names.values()) + 4
             frames: Counter[str] = Counter()
             for match in matches:
@@ -127,7 +127,7 @@ def sampled() -> list[Match]:
 
 def test_matched_performances_agree_in_speed_and_heading() -> None:
     """The labels of both are the same, and each dog moves as its labels say."""
-    data, found = Puppets(), Counter()
+    data, counts = Puppets(), Counter()
     for match in sampled():
         one, other = locomotion_labels(match.biped[0]), locomotion_labels(match.dog[0])
         frames = match.biped[0].frames
@@ -141,8 +141,8 @@ def test_matched_performances_agree_in_speed_and_heading() -> None:
         slip, turned = off_the_way(motion, leg, other.heading, other.speed)
         assert slip < SPEED, match
         assert turned < HEADING, match
-        found[match.locomotion] += 1
-    assert set(found) == set(LOCOMOTION)
+        counts[match.locomotion] += 1
+    assert set(counts) == set(LOCOMOTION)
 
 
 def test_kinds_differ_in_speed() -> None:

@@ -90,8 +90,8 @@ def test_a_raised_heel_turns_about_the_toe(takes: list[Take]) -> None:
 
 def _level(take: Take) -> float:
     """The highest floor that a foot stands on, metres."""
-    plants = [plant for foot in take.score.feet.values() for plant in foot.contacts]
-    return max(plant.level for plant in plants) * take.body.proportions.leg
+    plants = [contact for foot in take.score.feet.values() for contact in foot.contacts]
+    return max(contact.level for contact in plants) * take.body.proportions.leg
 
 
 def test_nothing_goes_through_the_floor(takes: list[Take]) -> None:
@@ -162,8 +162,8 @@ def test_knees_and_hands_rest_on_the_floor(takes: list[Take]) -> None:
                     take.name
                 )
             wrist = take.at(f"{side}_hand")
-            for plant in take.score.hands[side].contacts:
-                stay = wrist[max(plant.strike, 0) : max(plant.off + 1, 0)]
+            for contact in take.score.hands[side].contacts:
+                stay = wrist[max(contact.strike, 0) : max(contact.off + 1, 0)]
                 assert not len(stay) or np.ptp(stay, axis=0).max() < 0.02, take.name
 
 
@@ -269,6 +269,8 @@ def test_walks_look_like_walking(takes: list[Take]) -> None:
             knee = take.bend(f"{side}_up_leg", f"{side}_leg", f"{side}_foot")
             assert 50 < knee.max() < 75, take.name
             strikes = [
-                plant.strike for plant in take.score.feet[side].contacts if 0 < plant.strike < len(knee)
+                contact.strike
+                for contact in take.score.feet[side].contacts
+                if 0 < contact.strike < len(knee)
             ]
             assert all(knee[frame] < 25 for frame in strikes), take.name

@@ -29,7 +29,9 @@ def release() -> dict[str, Any]:
                 infos = data.cases("retarget", split)
                 lists[f"{size} {part} {split}"] = digest([f"{info.id} {info.frames}" for info in infos])
         cast = Puppets(size=size).training()
-        clips = [f"{name} {clip}" for mine in cast.values() for name in mine for clip in mine[name].names]
+        clips = [
+            f"{name} {clip}" for bodies in cast.values() for name in bodies for clip in bodies[name].names
+        ]
         lists[f"{size} training"] = digest(clips)
     built_in = [each.name for each in registry.names("metrics") if each.origin == registry.BUILT_IN]
     return {
@@ -55,8 +57,8 @@ def moved(recorded: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
         if now["lists"].get(name) != digest:
             changes.append(f"the list of {name} is another one")
     for name, version in recorded["metrics"].items():
-        if (mine := now["metrics"].get(name)) != version:
-            changes.append(f"metric {name} has version {mine}, not {version}")
+        if (current := now["metrics"].get(name)) != version:
+            changes.append(f"metric {name} has version {current}, not {version}")
     return changes
 
 

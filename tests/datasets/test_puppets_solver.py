@@ -197,9 +197,9 @@ def test_curves_start_and_end_at_rest() -> None:
 
 @given(st.lists(st.floats(-5, 5), min_size=12, max_size=60), st.integers(0, 4))
 def test_a_lower_envelope_is_never_above(values: list[float], reach: int) -> None:
-    given_ = np.array(values)
-    low = lower_envelope(given_, reach)
-    assert low.shape == given_.shape
-    assert (low <= given_ + 1e-9).all()
-    assert (low >= given_.min() - 1e-9).all()
-    assert (soft_min(given_, low, 0.1) <= low + 1e-12).all()
+    heights = np.array(values)
+    low = lower_envelope(heights, reach)
+    assert low.shape == heights.shape
+    assert (low <= heights + 1e-9).all()
+    assert (low >= heights.min() - 1e-9).all()
+    assert (soft_min(heights, low, 0.1) <= low + 1e-12).all()

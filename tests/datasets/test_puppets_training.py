@@ -128,7 +128,7 @@ def test_drawn_bodies_move_well(cache: Path) -> None:
     nothing jumps; who cannot do a clip is left out of it."""
     assert cache
     data = Puppets(size="tiny", bodies=40)
-    seen = left_out = 0
+    count = left_out = 0
     for cast in data.training().values():
         for name, clips in cast.items():
             if name not in training_bodies(0, 40):
@@ -138,13 +138,13 @@ def test_drawn_bodies_move_well(cache: Path) -> None:
             except Unusable:
                 left_out += 1
                 continue
-            seen += 1
+            count += 1
             contacts = data._generated.solver.contacts(clips.listed[0], name)
             assert restlessness(motion, contacts) < 1e-3, clips.names[0]
             assert motion.positions[..., 1].min() > -0.005, clips.names[0]
             turn = np.degrees(rotation.angle(motion.rotations[:-1], motion.rotations[1:]))
             assert turn.max() < 60.0, clips.names[0]
-    assert seen >= 36
+    assert count >= 36
     assert left_out <= 4
 
 

@@ -30,11 +30,11 @@ def errors(
     there = np.arange(most) < pairs[:, None]
     shape = (repeats, clips, most)
     shared = factor(random, CLIP, (*shape[:2], 1)) * factor(random, BODIES, shape)
-    made = []
+    means = []
     for clip, pair in methods:
         cases = shared * factor(random, clip, (*shape[:2], 1)) * factor(random, pair, shape)
-        made.append((cases * there).sum(axis=2) / pairs)
-    return np.array(made)
+        means.append((cases * there).sum(axis=2) / pairs)
+    return np.array(means)
 
 
 def factor(random: np.random.Generator, spread: float, shape: tuple[int, ...]) -> np.ndarray:

@@ -1,3 +1,3 @@
 """Fixtures that several files of tests share."""
 
-from submitted import made, runs, sound  # noqa: F401
+from submitted import runs, sound, unfilled  # noqa: F401

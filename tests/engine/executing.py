@@ -49,8 +49,8 @@ def run(root: Path, executor: str = "local", *methods: str, **changes: Any) -> d
 
 def files(root: Path) -> dict[str, bytes]:
     """Every file of results, predictions included, by its path; headers without their dates."""
-    found = {str(path.relative_to(root)): path for path in sorted(root.rglob("*")) if path.is_file()}
-    return {name: _undated(path) for name, path in found.items() if ".timing" not in name}
+    paths = {str(path.relative_to(root)): path for path in sorted(root.rglob("*")) if path.is_file()}
+    return {name: _undated(path) for name, path in paths.items() if ".timing" not in name}
 
 
 def _undated(path: Path) -> bytes:
@@ -93,13 +93,13 @@ class Killer:
 
 def started(*names: str) -> list[psutil.Process]:
     """The living processes that this one started, directly or not, with one of the names in their line."""
-    found = []
+    processes = []
     for each in psutil.Process().children(recursive=True):
         with suppress(psutil.Error):
             line = " ".join(each.cmdline() or [each.name()])
             if each.is_running() and any(name in line for name in names):
-                found.append(each)
-    return found
+                processes.append(each)
+    return processes
 
 
 class Shuffled:
@@ -111,5 +111,5 @@ class Shuffled:
         Shuffled.submitted = list(numbers)
         order = [*numbers, *list(numbers)[::3]]
         random.Random(7).shuffle(order)
-        told = set(InThisProcess().run(folder, order))
-        yield from sorted(told)
+        finished = set(InThisProcess().run(folder, order))
+        yield from sorted(finished)

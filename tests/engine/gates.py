@@ -11,42 +11,42 @@ def quiet(done, total):
 
 
 def metrics():
-    found = Measured(FOLDER)
-    built = run.built_metrics(run.own_metrics(), found)
-    assert not found.missing
+    measurements = Measured(FOLDER)
+    built = run.built_metrics(run.own_metrics(), measurements)
+    assert not measurements.missing
     return built
 
 
-def kept(ours, test):
+def kept(golden_facts, test):
     """The golden facts that pass a test, and no method."""
-    facts = {name: text for name, text in ours.facts.items() if test(*golden.parsed(name))}
+    facts = {name: text for name, text in golden_facts.facts.items() if test(*golden.parsed(name))}
     return Measured(
-        ours.rows, {name: text for name, text in facts.items() if not name.startswith("weights/")}
+        golden_facts.rows, {name: text for name, text in facts.items() if not name.startswith("weights/")}
     )
 
 
-def measured(ours, built=None, folder=FOLDER):
+def measured(golden_facts, built=None, folder=FOLDER):
     """Our golden facts, but those of these metrics (none named: of all, and of the core) measured now."""
-    whole, built = built is None, metrics() if built is None else built
+    complete, built = built is None, metrics() if built is None else built
     names = {value.id for metric in built for value in metric.card.values}
     names |= {f"{metric.card.name}.features" for metric in built}
 
     def of_others(part, row, value):
         of_metric = part in (MOTION, CLOUDS)
-        return not (of_metric and value in names) and not (whole and (of_metric or part in core.PARTS))
+        return not (of_metric and value in names) and not (complete and (of_metric or part in core.PARTS))
 
-    found = kept(ours, of_others)
+    measurements = kept(golden_facts, of_others)
     for metric in built:
-        run.declare(found, metric)
-    frozen.measure(found, folder, built, quiet)
-    if whole:
-        core.measure(found, folder)
-    return found
+        run.declare(measurements, metric)
+    frozen.measure(measurements, folder, built, quiet)
+    if complete:
+        core.measure(measurements, folder)
+    return measurements
 
 
-def part_measured(ours, part):
+def part_measured(golden_facts, part):
     """Our golden facts, but those of one part of the core measured now."""
-    found = kept(ours, lambda own, row, value: own != part)
-    for row, said in core.PARTS[part](FOLDER):
-        found.add(f"{part}/{row}", said)
-    return found
+    measurements = kept(golden_facts, lambda own, row, value: own != part)
+    for row, fact in core.PARTS[part](FOLDER):
+        measurements.add(f"{part}/{row}", fact)
+    return measurements

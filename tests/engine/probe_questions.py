@@ -17,24 +17,24 @@ SPLITS = ("intra", "cross")
 @cache
 def short_questions() -> list[Case]:
     """Ten short questions, two from each structure to another body, in all rest poses."""
-    found: dict[str, list[Case]] = {}
+    by_structure: dict[str, list[Case]] = {}
     for info in [info for split in SPLITS for info in DATA.cases("retarget", split)]:
         structure = DATA.characters()[info.source].structure
-        if len(found.setdefault(structure, [])) < 2:
+        if len(by_structure.setdefault(structure, [])) < 2:
             case = DATA.load(info)
             cut = replace(case, info=replace(info, frames=31), source=case.source.at(slice(0, 31)))
-            asked = plain(cut)
-            assert isinstance(asked, Case)
-            found[structure].append(asked)
-    assert len(found) == 5
-    return [each for pair in found.values() for each in pair]
+            question = plain(cut)
+            assert isinstance(question, Case)
+            by_structure[structure].append(question)
+    assert len(by_structure) == 5
+    return [each for pair in by_structure.values() for each in pair]
 
 
 @cache
 def clips_together() -> list[list[Case]]:
     """Clips of one structure each, two structures."""
     structure = {name: body.structure for name, body in DATA.characters().items()}
-    found = []
+    groups = []
     for listed in groups_of(DATA.cases("retarget", "intra"), structure)[:2]:
-        found.append([plain(DATA.load(info)) for info in listed[:6]])
-    return found
+        groups.append([plain(DATA.load(info)) for info in listed[:6]])
+    return groups

@@ -83,26 +83,26 @@ def metadata(place: ResultPaths, **facts: dict[str, str]) -> None:
     path = case_metadata.path_of(place)
     rows = records.read_csv(path, case_metadata.FIELDS)[:-1] if path.exists() else []
     kept = [row for row in rows if row[0] not in facts]
-    told = [[kind, of, "", fact] for kind, each in facts.items() for of, fact in each.items()]
-    case_metadata.write_facts(place, [*kept, *told])
+    added = [[kind, of, "", fact] for kind, each in facts.items() for of, fact in each.items()]
+    case_metadata.write_facts(place, [*kept, *added])
 
 
-def running(place: ResultPaths, done: int) -> ResultPaths:
+def running(place: ResultPaths, answered: int) -> ResultPaths:
     """The same results as a run leaves them that has only done so many cases, by id."""
     results = records.read_results(place)
     place.header.unlink()
     place.rows.unlink()
     records.begin(place, replace(results.header, files={}), list(results.cases.values()))
     journal.open_journal(place, results.header.keys)
-    for entry in results.entries[:done]:
+    for entry in results.entries[:answered]:
         journal.append_journal(place, entry)
     return place
 
 
 def changed(place: ResultPaths, **changes) -> ResultPaths:
     """The same result with other words in its header."""
-    told = json.loads(place.header.read_text()) | changes
-    place.header.write_text(json.dumps(told))
+    fields = json.loads(place.header.read_text()) | changes
+    place.header.write_text(json.dumps(fields))
     return place
 
 

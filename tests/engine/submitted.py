@@ -50,15 +50,15 @@ def filled_in(folder: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory, runs: Path) -> Path:
+def unfilled(tmp_path_factory: pytest.TempPathFactory, runs: Path) -> Path:
     """A submission of ik, with what is left to fill in."""
     folder = tmp_path_factory.mktemp("made") / "ik"
     return without_predictions(make(folder, runs, "ik"))
 
 
 @pytest.fixture
-def sound(tmp_path: Path, made: Path) -> Path:
-    return filled_in(shutil.copytree(made, tmp_path / "all" / "ik"))
+def sound(tmp_path: Path, unfilled: Path) -> Path:
+    return filled_in(shutil.copytree(unfilled, tmp_path / "all" / "ik"))
 
 
 def without_predictions(folder: Path) -> Path:

@@ -30,9 +30,9 @@ def root(tmp_path):
 
 
 def table(*words: object) -> dict[str, str]:
-    done = CliRunner().invoke(group, ["table", "-r", *map(str, words), "-f", "csv", "-s", "cross"])
-    assert done.exit_code == 0, done.output
-    (row,) = csv.DictReader(done.output.splitlines())
+    result = CliRunner().invoke(group, ["table", "-r", *map(str, words), "-f", "csv", "-s", "cross"])
+    assert result.exit_code == 0, result.output
+    (row,) = csv.DictReader(result.output.splitlines())
     return row
 
 
@@ -46,8 +46,8 @@ def test_the_stored_value_against_the_source_is_shown_under_its_own_id(root):
 
 
 def test_it_is_no_column_of_its_own(root):
-    found = summary.split_summaries(list(rb.load_results(root).places))
-    assert "ratio_src" not in builder.all_columns(found)
+    summaries = summary.split_summaries(list(rb.load_results(root).places))
+    assert "ratio_src" not in builder.all_columns(summaries)
     row = table(root, "--all")
     assert row["ratio"] == "1.25"
     assert "ratio_src" not in row

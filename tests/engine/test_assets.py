@@ -78,8 +78,8 @@ def asked(plugin: Path, parameters: str = "") -> tuple[str, ...]:
 
 
 def headers(folder: Path = Path("out")) -> list[dict]:
-    found = [json.loads(path.read_text()) for path in folder.rglob("*filed*.json")]
-    return [each for each in found if "method" in each]
+    documents = [json.loads(path.read_text()) for path in folder.rglob("*filed*.json")]
+    return [each for each in documents if "method" in each]
 
 
 def test_what_a_file_beside_the_module_holds_is_part_of_the_key(bench, in_process, tmp_path):
@@ -160,7 +160,7 @@ def test_a_plain_run_leaves_out_a_method_whose_files_are_lost(bench, tmp_path):
     from retarget_bench.python.plans import default_methods
 
     registry.add_file(written(tmp_path))
-    told: list[str] = []
+    messages: list[str] = []
     forget()
-    assert "filed" not in {spec.name for spec in default_methods("retarget", told.append)}
-    assert any("filed needs the place" in each for each in told)
+    assert "filed" not in {spec.name for spec in default_methods("retarget", messages.append)}
+    assert any("filed needs the place" in each for each in messages)

@@ -73,11 +73,11 @@ def without(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 def _numbers(root: Path) -> dict[str, bytes]:
     """File of rows or arrays -> what it holds but for values of the metric that misbehaves."""
-    found = {}
+    contents = {}
     for path in sorted([*root.rglob("intra/*.csv"), *root.rglob("intra/*.npz")]):
         lines = path.read_bytes().split(b"\n") if path.suffix == ".csv" else [path.read_bytes()]
-        found[path.name] = b"\n".join(line for line in lines if b",sway" not in line)
-    return found
+        contents[path.name] = b"\n".join(line for line in lines if b",sway" not in line)
+    return contents
 
 
 def _check(results: list[store.Results], without: dict[str, bytes], words: str) -> None:
@@ -107,31 +107,31 @@ def test_what_a_metric_does_wrong_costs_its_own_values_of_that_answer(tmp_path, 
 @pytest.mark.parametrize("does", ENDING)
 def test_a_metric_that_ends_its_process_likewise(tmp_path, without, does):
     metrics = (ORDERLY[0], f"sway[does={does}]", ORDERLY[1])
-    found = carry_out(tmp_path, *METHODS, metrics=metrics, jobs=2)
-    _check(found, without, rf"ended the process that scores, twice \({ENDING[does]}\)")
+    results = carry_out(tmp_path, *METHODS, metrics=metrics, jobs=2)
+    _check(results, without, rf"ended the process that scores, twice \({ENDING[does]}\)")
 
 
 @pytest.mark.slow
 @pytest.mark.processes
 def test_a_metric_that_hangs_outside_of_python_likewise(tmp_path, without, monkeypatch):
     monkeypatch.setattr(local, "SILENCE", 15.0)
-    found = carry_out(tmp_path, *METHODS, metrics=(*ORDERLY, "sway[does=hang_outside]"))
-    _check(found, without, r"ended the process that scores, twice \(no sign of life for 15 s\)")
+    results = carry_out(tmp_path, *METHODS, metrics=(*ORDERLY, "sway[does=hang_outside]"))
+    _check(results, without, r"ended the process that scores, twice \(no sign of life for 15 s\)")
 
 
 def test_a_call_that_goes_on_after_its_limit_is_no_sign_of_life(monkeypatch):
     """One that cannot be interrupted is ended from outside: see ``SILENCE``."""
     monkeypatch.setattr(attempt, "GRACE", 0.0)
-    seen = []
+    overdue = []
 
     def linger() -> None:
         try:
             time.sleep(LONG)
         except BaseException:  # it goes on
-            seen.append(attempt.overdue())
+            overdue.append(attempt.overdue())
 
     attempt.attempt(linger, 0.05, "test")
-    assert seen == [True]
+    assert overdue == [True]
     assert not attempt.overdue()
 
 
@@ -143,11 +143,11 @@ def test_what_is_late_three_times_in_a_row_is_asked_no_more(tmp_path, monkeypatc
         time.sleep(LONG)
 
     monkeypatch.setattr(type(bound.metrics(("sway",)).of_cases[0]), "compute", hang)
-    (found,) = carry_out(tmp_path, "toy_method", metrics=("sway", "position"))
+    (result,) = carry_out(tmp_path, "toy_method", metrics=("sway", "position"))
     assert len(times) == 3
-    said = [entry.faults["sway"] for entry in found.entries]
-    assert said.count("no answer within 0.2 s") == 3
-    assert said.count("no answer in time, 3 times in a row; it was asked no more") == 3
+    faults = [entry.faults["sway"] for entry in result.entries]
+    assert faults.count("no answer within 0.2 s") == 3
+    assert faults.count("no answer in time, 3 times in a row; it was asked no more") == 3
 
 
 # ---------------------------------------------------------------------------------------- metrics of sets
@@ -172,14 +172,14 @@ TWICE = r"ended the process that scores, twice \(exit code 5\)"
     ],
 )
 def test_what_a_metric_of_sets_does_wrong_costs_its_values_alone(tmp_path, without, stage, does, words):
-    found = carry_out(tmp_path, "toy_method", metrics=(*ORDERLY, f"sway_sets[{stage}={does}]"))
+    results = carry_out(tmp_path, "toy_method", metrics=(*ORDERLY, f"sway_sets[{stage}={does}]"))
     numbers = {name: held for name, held in _numbers(tmp_path).items() if name in without}
     assert numbers == {name: held for name, held in without.items() if name in numbers}
     assert {"toy_method.csv", "toy_method.npz"} <= numbers.keys()
-    (value,) = set_metrics.read(found[0].paths)
+    (value,) = set_metrics.read(results[0].paths)
     assert value.value is None
     assert re.match(f"metric sway_sets failed: .*{words}", value.reason)
-    at_fault = [entry.case for entry in found[0].entries if entry.faults]
+    at_fault = [entry.case for entry in results[0].entries if entry.faults]
     assert at_fault == ([VICTIM] if stage == "features" and does != "wider" else [])
 
 
@@ -192,13 +192,13 @@ def test_tables_tell_which_metric_failed_and_why(tmp_path):
         patch.setattr(sway, "compute", lambda self, comparison: [])
         places = runner.run(asked(root, *METHODS, metrics=("position", "sway")), lambda done, total: None)
     (table,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world", "sway"])
-    said = rendering.text([table])
+    text = rendering.text([table])
     failed = "metric sway failed: gave an object of type list instead of numbers by the ids of values"
-    assert f"intra: not shown: sway ({failed})" in " ".join(said.split())
+    assert f"intra: not shown: sway ({failed})" in " ".join(text.split())
     assert "intra: metric sway failed on 12 answers of 2 methods (first toy/small>tall/clip 0)" in " ".join(
-        said.split()
+        text.split()
     )
-    assert "no usable answer" not in said
+    assert "no usable answer" not in text
     assert [row.label for row in table.groups[0].ranked] == ["toy_method", "copy_rotations"]
 
 
@@ -208,8 +208,8 @@ def test_a_cell_without_a_number_names_the_metric_that_failed(tmp_path):
     sway = type(bound.metrics(("sway",)).of_cases[0])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sway, "compute", lambda self, comparison: {"sway": "much"})
-        wanted = asked(tmp_path, "toy_method", metrics=("position", "sway"), overwrite="always")
-        runner.run(wanted, lambda done, total: None)
+        plan = asked(tmp_path, "toy_method", metrics=("position", "sway"), overwrite="always")
+        runner.run(plan, lambda done, total: None)
     (table,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world", "sway"])
     (row,) = (row for row in table.groups[0].rows if row.label == "toy_method")
     assert row.cells[0].place == 0
@@ -218,8 +218,8 @@ def test_a_cell_without_a_number_names_the_metric_that_failed(tmp_path):
         "metric sway failed: gave an object of type str instead of a number"
     )
     assert store.read_header(bad.header).counts.ok == 6
-    asked_again = asked(tmp_path, "toy_method", metrics=("position", "sway"), overwrite="failed")
-    runner.run(asked_again, lambda done, total: None)
+    second_plan = asked(tmp_path, "toy_method", metrics=("position", "sway"), overwrite="failed")
+    runner.run(second_plan, lambda done, total: None)
     assert store.read_header(bad.header).faults == ()
 
 
@@ -232,21 +232,21 @@ def _toys(monkeypatch: pytest.MonkeyPatch, name: str, change: Callable[..., Any]
     """Have the toy data set answer otherwise."""
     toys = type(bound.dataset("toy_cases").built)
     before = getattr(toys, name)
-    monkeypatch.setattr(toys, name, lambda *given: change(before(*given)))
+    monkeypatch.setattr(toys, name, lambda *arguments: change(before(*arguments)))
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
         (_raise, r"RuntimeError: no list \(test_bad_plugins.py:\d+\)"),
-        (lambda found: (info for info in found), "it gave an object of type generator instead of a list"),
-        (lambda found: None, "it gave an object of type NoneType instead of a list"),
-        (lambda found: "cases", "it gave an object of type str instead of a list"),
-        (lambda found: [1, 2], "it lists an object of type int that has no id"),
-        (lambda found: [*found, found[0]], "it lists 'toy/small>tall/clip 0' twice"),
-        (lambda found: [replace(found[0], clip=None)], "it lists a case whose names are no texts without"),
-        (lambda found: [replace(found[0], frames="many")], "it lists .* with 'many' frames"),
-        (lambda found: time.sleep(LONG), "no answer within 0.2 s"),
+        (lambda infos: (info for info in infos), "it gave an object of type generator instead of a list"),
+        (lambda infos: None, "it gave an object of type NoneType instead of a list"),
+        (lambda infos: "cases", "it gave an object of type str instead of a list"),
+        (lambda infos: [1, 2], "it lists an object of type int that has no id"),
+        (lambda infos: [*infos, infos[0]], "it lists 'toy/small>tall/clip 0' twice"),
+        (lambda infos: [replace(infos[0], clip=None)], "it lists a case whose names are no texts without"),
+        (lambda infos: [replace(infos[0], frames="many")], "it lists .* with 'many' frames"),
+        (lambda infos: time.sleep(LONG), "no answer within 0.2 s"),
     ],
 )  # fmt: skip
 def test_a_data_set_that_lists_no_cases_is_named(tmp_path, monkeypatch, change, words):

@@ -63,9 +63,9 @@ LISTS = st.lists(
 @given(LISTS)
 def test_batches_hold_every_case_once_and_no_more_than_fits(cases):
     infos = {info.id: info for info in listed(*cases)}
-    found = batches.batches(list(infos.values()), CAST)
-    assert sorted(case for batch in found for case in batch) == sorted(infos)
-    for batch in found:
+    groups = batches.batches(list(infos.values()), CAST)
+    assert sorted(case for batch in groups for case in batch) == sorted(infos)
+    for batch in groups:
         longest = max(infos[case].frames for case in batch)
         assert len(batch) <= batches.CASES
         assert len(batch) == 1 or len(batch) * longest <= batches.FRAMES
@@ -77,8 +77,8 @@ def test_no_batch_shows_what_another_of_its_cases_asks_for(cases):
     infos = {info.id: info for info in listed(*cases)}
     for batch in batches.batches(list(infos.values()), CAST):
         moved = [infos[case] for case in batch if infos[case].source != infos[case].target]
-        asked = {(info.target, info.clip) for info in moved}
-        assert not asked & {(info.source, info.clip) for info in moved}
+        requested = {(info.target, info.clip) for info in moved}
+        assert not requested & {(info.source, info.clip) for info in moved}
 
 
 @given(LISTS)
@@ -90,11 +90,11 @@ def test_no_batch_could_have_taken_the_first_of_a_later_one(cases):
             continue
         longest = max(info.frames for info in (first, *others))
         full = len(others) == batches.CASES or (len(others) + 1) * longest > batches.FRAMES
-        told = any(
+        visible = any(
             first.clip == other.clip and (first.source == other.target or first.target == other.source)
             for other in others
         )
-        assert full or told
+        assert full or visible
 
 
 # ----------------------------------------------------------------------------------------------- in runs
@@ -148,28 +148,28 @@ def test_an_interrupt_is_told_and_ends_a_validation(monkeypatch, where):
 
 
 def test_progress_counts_answers(tmp_path):
-    seen = []
-    runner.run(asked(tmp_path, "toy_batches", clips=10), lambda done, total: seen.append((done, total)))
-    assert seen == [(0, 20), (10, 20), (20, 20)]
+    progress = []
+    runner.run(asked(tmp_path, "toy_batches", clips=10), lambda done, total: progress.append((done, total)))
+    assert progress == [(0, 20), (10, 20), (20, 20)]
 
 
 def test_what_is_missing_of_a_batch_is_made_by_the_whole_batch_and_stored_alone(tmp_path):
     (first,) = carry_out(tmp_path, "toy_batches")
-    wanted = first.paths.rows.read_bytes()
+    expected = first.paths.rows.read_bytes()
     files = sorted((first.paths.folder / "toy_batches").glob("*.npz"))
     before = {file: file.stat().st_mtime_ns for file in files[1:]}
     content = files[0].read_bytes()
     files[0].unlink()
     first.paths.header.unlink()
     (again,) = carry_out(tmp_path, "toy_batches")
-    assert again.paths.rows.read_bytes() == wanted
+    assert again.paths.rows.read_bytes() == expected
     assert files[0].read_bytes() == content
     assert {file: file.stat().st_mtime_ns for file in files[1:]} == before
 
 
 def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
     (first,) = carry_out(tmp_path, "toy_batches")
-    wanted = first.paths.rows.read_bytes()
+    expected = first.paths.rows.read_bytes()
     first.paths.header.unlink()
     for file in (first.paths.folder / "toy_batches").glob("*.npz"):
         file.unlink()
@@ -177,7 +177,7 @@ def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
     for entry in first.entries[:2]:
         journal.append_journal(first.paths, entry)
     (again,) = carry_out(tmp_path, "toy_batches")
-    assert again.paths.rows.read_bytes() == wanted
+    assert again.paths.rows.read_bytes() == expected
     assert len(list((first.paths.folder / "toy_batches").glob("*.npz"))) == 4
 
 

@@ -48,24 +48,24 @@ def shaken(section: summary.SplitSummary) -> summary.MethodSummary:
 
 @pytest.mark.parametrize(("by", "size"), [("pair", 3), ("clip", 2), ("kind", 6)])
 def test_groups_of_cases_hold_their_own_cases(results, by, size):
-    found = sections(results, by)
+    groups = sections(results, by)
     place = next(p for p in store.find_results(results) if "shaken" in str(store.read_header(p.header)))
     read = store.read_results(place)
-    for name, section in found.items():
+    for name, section in groups.items():
         inside = [e.values[VALUE] for e in read.entries if getattr(read.cases[e.case], by) == name]
         assert len(inside) == size
         score = shaken(section)
         assert (score.asked, score.ok, score.means[VALUE].n) == (size, size, size)
         assert score.means[VALUE].value == pytest.approx(np.mean(inside), rel=1e-8)
         assert section.values.keys() >= {VALUE}
-    assert sum(shaken(section).asked for section in found.values()) == 6
+    assert sum(shaken(section).asked for section in groups.values()) == 6
 
 
 def test_a_method_that_does_not_answer_a_pair_is_counted_so(results):
-    found = sections(results, "pair")
+    groups = sections(results, "pair")
     picky = {
         name: next(score for score in section.scores if "picky" in score.label)
-        for name, section in found.items()
+        for name, section in groups.items()
     }
     assert (picky["small>tall"].asked, picky["small>tall"].ok) == (3, 3)
     assert (picky["tall>small"].asked, picky["tall>small"].ok) == (3, 0)
@@ -77,8 +77,8 @@ def arrays(root: Path) -> tuple[np.ndarray, np.ndarray]:
     place = next(p for p in store.find_results(root) if "shaken" in str(store.read_header(p.header)))
     numbers = store.read_results(place, arrays=True).numbers
     columns = {joint: column for (_, joint), column in numbers.items()}
-    found = [(joint, number) for joint, column in columns.items() for number in column[~np.isnan(column)]]
-    joints, numbers = zip(*found, strict=True)
+    pairs = [(joint, number) for joint, column in columns.items() for number in column[~np.isnan(column)]]
+    joints, numbers = zip(*pairs, strict=True)
     return np.array(joints), np.array(numbers)
 
 
@@ -110,8 +110,8 @@ def test_what_the_data_set_calls_unseen_makes_four_groups(own):
     cases = store.read_cases(place.cases, "retarget", "intra")
     marked = {"clip 0": "", "clip 1": "kind", "clip 2": "kind+target"}
     metadata(place, unseen={info.id: marked[info.clip] for info in cases})
-    found = sections(own, "seen")
-    assert {name: shaken(section).asked for name, section in found.items()} == {
+    groups = sections(own, "seen")
+    assert {name: shaken(section).asked for name, section in groups.items()} == {
         "known characters, known motion": 2,
         "known characters, new motion": 2,
         "new characters, new motion": 2,
@@ -126,9 +126,9 @@ def test_trained_methods_are_judged_by_their_own_training(own):
     path.write_text(json.dumps(header))
     cases = store.read_cases(place.cases, "retarget", "intra")
     metadata(place, unseen=dict.fromkeys((info.id for info in cases), "target"))
-    found = sections(own, "seen")
+    groups = sections(own, "seen")
     answered = {
-        name: {score.label: score.ok for score in section.scores} for name, section in found.items()
+        name: {score.label: score.ok for score in section.scores} for name, section in groups.items()
     }
     shaken_, picky = "toy_method[does=shaken]", "toy_method[does=picky]"
     assert answered["known characters, known motion"] == {shaken_: 2, picky: 0}

@@ -110,10 +110,10 @@ def test_unchanged_files_are_not_opened_again(tmp_path, monkeypatch):
 def test_a_damaged_cache_is_built_anew(tmp_path):
     path = write(tmp_path / "in" / "a.bvh", GOOD + 3 * ROW)
     first = catalogue(tmp_path / "in", [path])
-    (kept,) = (tmp_path / "cache" / "catalogue").iterdir()
-    whole = kept.read_bytes()
-    for harm in (b"", b"{]", whole[:-9], whole.replace(b'"frames": 3', b'"frames": 4')):
-        kept.write_bytes(harm)
+    (stored,) = (tmp_path / "cache" / "catalogue").iterdir()
+    content = stored.read_bytes()
+    for harm in (b"", b"{]", content[:-9], content.replace(b'"frames": 3', b'"frames": 4')):
+        stored.write_bytes(harm)
         assert catalogue(tmp_path / "in", [path]) == first
 
 

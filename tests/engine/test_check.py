@@ -44,9 +44,9 @@ def baseline(tmp_path, bench):
 
 
 def accepted(folder, bench, *more):
-    made = bench("-r", folder, "--methods", "toy_learner", "-d", "toy_cases", *more,
+    outcome = bench("-r", folder, "--methods", "toy_learner", "-d", "toy_cases", *more,
                  "--accept", "first rows")  # fmt: skip
-    assert made[0] == 0, made[1]
+    assert outcome[0] == 0, outcome[1]
     return folder
 
 
@@ -56,9 +56,9 @@ def content(folder):
 
 # ---------------------------------------------------------------------------------------------- marks
 def test_the_first_accept_makes_a_baseline_that_is_then_the_same(baseline, bench):
-    status, said = bench("-r", baseline)
-    assert (status, "Same" in said) == (0, True)
-    assert re.search(r"^(\d+) compared: \1 same, 0 not\.$", said, re.MULTILINE)
+    status, output = bench("-r", baseline)
+    assert (status, "Same" in output) == (0, True)
+    assert re.search(r"^(\d+) compared: \1 same, 0 not\.$", output, re.MULTILINE)
     assert {p.name for p in baseline.iterdir()} == {"facts.csv", "rows", "CHANGES.md"}
     (paths,) = (each for each in store.find_results(baseline / "rows") if each.split == "intra")
     height = 1.5 * (0.3 + 0.4 + np.hypot(0.1, 0.05) + 0.8)
@@ -72,15 +72,15 @@ def test_the_first_accept_makes_a_baseline_that_is_then_the_same(baseline, bench
 )
 def test_a_method_that_moves_is_seen_for_better_or_worse(baseline, bench, monkeypatch, off, mark):
     monkeypatch.setenv("TOY_OFF", off)
-    status, said = bench("-r", baseline)
+    status, output = bench("-r", baseline)
     assert status == 1
     assert re.search(
-        rf"^{mark} +toy_learner +mpjpe_h\.world +(intra|cross) +\d\.\d+ +\d\.\d+", said, re.MULTILINE
+        rf"^{mark} +toy_learner +mpjpe_h\.world +(intra|cross) +\d\.\d+ +\d\.\d+", output, re.MULTILINE
     )
 
 
 @pytest.mark.parametrize(
-    ("off", "asked", "status"),
+    ("off", "options", "status"),
     [
         ("0.0202", ["--tolerance", "2%", "--columns", "mpjpe,PA-MPJPE"], 0),
         ("0.0206", ["--tolerance", "2%", "--columns", "mpjpe"], 1),
@@ -97,25 +97,25 @@ def test_a_method_that_moves_is_seen_for_better_or_worse(baseline, bench, monkey
         ("0.03", ["--columns", "jerk ratio,MPJPE"], 1),
     ],
 )
-def test_authors_choose_what_counts(baseline, bench, monkeypatch, off, asked, status):
+def test_authors_choose_what_counts(baseline, bench, monkeypatch, off, options, status):
     monkeypatch.setenv("TOY_OFF", off)
-    got, said = bench("-r", baseline, *asked)
-    assert got == status, said
+    got, output = bench("-r", baseline, *options)
+    assert got == status, output
 
 
 @pytest.mark.parametrize(
-    ("asked", "words"),
+    ("options", "words"),
     [
         (["--columns", "mpjp"], "did you mean mpjpe_h.world"),
-        (["--columns", ","], "--columns names no value"),
+        (["--columns", ","], "columns: ',' names nothing"),
         (["--tolerance", "2"], "--tolerance takes a share, such as 2%"),
         (["--tolerance", "mpjpe=much"], "--tolerance takes a share, such as 2%"),
         (["--worse-only", "--accept", "x"], "--accept takes everything"),
     ],
 )
-def test_criteria_that_mean_nothing_are_told(baseline, bench, asked, words):
-    status, said = bench("-r", baseline, *asked)
-    assert (status, words in said) == (2, True)
+def test_criteria_that_mean_nothing_are_told(baseline, bench, options, words):
+    status, output = bench("-r", baseline, *options)
+    assert (status, words in output) == (2, True)
 
 
 @pytest.mark.parametrize("off", ["0.02000000001", "0.01999999999"])
@@ -141,9 +141,9 @@ def test_other_weights_cannot_be_compared(tmp_path, bench, monkeypatch):
     monkeypatch.setenv("TOY_WEIGHTS", "w1")
     folder = accepted(tmp_path / "golden", bench)
     monkeypatch.setenv("TOY_WEIGHTS", "w2")
-    status, said = bench("-r", folder)
+    status, output = bench("-r", folder)
     assert status == 1
-    assert re.search(r"not comparable +weights toy_learner +w1 +w2", said)
+    assert re.search(r"not comparable +weights toy_learner +w1 +w2", output)
 
 
 def test_a_case_that_fails_now_is_newly_failing_and_the_other_way_round_is_better(
@@ -151,17 +151,17 @@ def test_a_case_that_fails_now_is_newly_failing_and_the_other_way_round_is_bette
 ):
     angle = str(float(np.sin(0.15 * np.sin(2 * np.pi * 3 / 30 / 2))))  # clip 0, frame 3
     monkeypatch.setenv("TOY_FAILS", angle)
-    status, said = bench("-r", baseline)
+    status, output = bench("-r", baseline)
     assert status == 1
     assert re.search(
-        r"newly failing +toy_learner +answered cases +intra +4 +2 .*RuntimeError: no idea", said
+        r"newly failing +toy_learner +answered cases +intra +4 +2 .*RuntimeError: no idea", output
     )
     failing = accepted(tmp_path / "failing", bench)
     assert bench("-r", failing)[0] == 0
     monkeypatch.delenv("TOY_FAILS")
-    status, said = bench("-r", failing)
+    status, output = bench("-r", failing)
     assert status == 1
-    assert re.search(r"better +toy_learner +answered cases +intra +2 +4", said)
+    assert re.search(r"better +toy_learner +answered cases +intra +2 +4", output)
 
 
 def changed_card(monkeypatch, **changes):
@@ -192,10 +192,10 @@ def test_another_version_or_protocol_is_not_comparable_and_does_not_pass(
     baseline, bench, monkeypatch, changes, words
 ):
     changed_card(monkeypatch, **changes)
-    status, said = bench("-r", baseline)
+    status, output = bench("-r", baseline)
     assert status == 1
-    assert words in " ".join(said.split())
-    assert re.findall("^not comparable|^worse|^better|^moved", said, re.MULTILINE) == ["not comparable"]
+    assert words in " ".join(output.split())
+    assert re.findall("^not comparable|^worse|^better|^moved", output, re.MULTILINE) == ["not comparable"]
 
 
 def test_other_data_are_not_comparable_and_can_be_accepted(baseline, bench, monkeypatch):
@@ -204,9 +204,9 @@ def test_other_data_are_not_comparable_and_can_be_accepted(baseline, bench, monk
     data = bound.dataset(Spec.parse("toy_cases")).built
     monkeypatch.setattr(data, "content", "toy-2")
     monkeypatch.setattr(type(data), "cases", fewer(type(data).cases))
-    status, said = bench("-r", baseline)
+    status, output = bench("-r", baseline)
     assert status == 1
-    assert re.search("not comparable +dataset content +toy-1-3 +toy-2", said)
+    assert re.search("not comparable +dataset content +toy-1-3 +toy-2", output)
     assert bench("-r", baseline, "--accept", "new data")[0] == 0
     assert bench("-r", baseline)[0] == 0
 
@@ -222,30 +222,32 @@ def test_cases_that_are_gone_end_with_two_and_cannot_be_accepted(baseline, bench
     before = content(baseline)
     data = bound.dataset(Spec.parse("toy_cases")).built
     monkeypatch.setattr(type(data), "cases", fewer(type(data).cases))
-    status, said = bench("-r", baseline)
+    status, output = bench("-r", baseline)
     assert status == 2
-    assert "toy/small>tall/clip 0" in said
-    assert "though the data set claims to hold what it held" in said
-    status, said = bench("-r", baseline, "--accept", "never mind")
+    assert "toy/small>tall/clip 0" in output
+    assert "though the data set claims to hold what it held" in output
+    status, output = bench("-r", baseline, "--accept", "never mind")
     assert status == 2
-    assert "nothing was accepted" in said
+    assert "nothing was accepted" in output
     assert content(baseline) == before
 
 
 def test_golden_rows_without_one_of_their_splits_end_with_two(baseline, bench):
     (folder,) = (each for each in baseline.rglob("intra") if each.is_dir())
     shutil.rmtree(folder)
-    status, said = bench("-r", baseline)
+    status, output = bench("-r", baseline)
     assert status == 2
-    assert re.search(r"could not measure +golden rows +intra +the golden rows of this split are gone", said)
+    assert re.search(
+        r"could not measure +golden rows +intra +the golden rows of this split are gone", output
+    )
 
 
 @pytest.mark.parametrize("value", ["fid", "mpjpe_h.joint"])
 def test_values_that_nothing_measured_has_end_with_two(baseline, bench, value):
     """FID is of sets, and errors per joint are left to frozen motions."""
-    status, said = bench("-r", baseline, "--methods", "toy_learner", "--columns", value)
+    status, output = bench("-r", baseline, "--methods", "toy_learner", "--columns", value)
     assert status == 2
-    assert re.search(rf"could not measure +{re.escape(value)} .*not measured of methods", said)
+    assert re.search(rf"could not measure +{re.escape(value)} .*not measured of methods", output)
     assert bench("-r", baseline, "--columns", "mpjpe_h.world")[0] == 0
 
 
@@ -256,9 +258,9 @@ def test_a_data_set_that_breaks_ends_with_two(baseline, bench, monkeypatch):
         raise OSError("the disk is gone")
 
     monkeypatch.setattr(type(bound.dataset(Spec.parse("toy_cases")).built), "load", broken)
-    status, said = bench("-r", baseline)
+    status, output = bench("-r", baseline)
     assert status == 2
-    assert "cannot be loaded: OSError: the disk is gone" in said
+    assert "cannot be loaded: OSError: the disk is gone" in output
 
 
 def test_a_gate_that_breaks_ends_with_two_and_says_where(baseline, bench, monkeypatch):
@@ -266,26 +268,26 @@ def test_a_gate_that_breaks_ends_with_two_and_says_where(baseline, bench, monkey
         raise ZeroDivisionError("float division by zero")
 
     monkeypatch.setattr(compare, "compare", broken)
-    status, said = bench("-r", baseline)
+    status, output = bench("-r", baseline)
     assert status == 2
-    assert "in broken" in said
-    assert "Could not measure" in said
+    assert "in broken" in output
+    assert "Could not measure" in output
 
 
 def test_no_case_at_all_ends_with_two(baseline, bench, tmp_path):
-    status, said = bench("-r", baseline, "-d", "toy_cases[clips=0]")
+    status, output = bench("-r", baseline, "-d", "toy_cases[clips=0]")
     assert status == 2
-    assert "has no case to ask methods" in said
-    status, said = bench("-r", tmp_path / "new", "--methods", "toy_learner", "-d",
+    assert "has no case to ask methods" in output
+    status, output = bench("-r", tmp_path / "new", "--methods", "toy_learner", "-d",
                          "toy_cases[clips=0]", "--accept", "empty")  # fmt: skip
     assert status == 2
     assert not (tmp_path / "new").exists()
 
 
 def test_without_golden_rows_it_ends_with_two_and_says_how_to_make_some(tmp_path, bench):
-    status, said = bench("-r", tmp_path / "nothing")
+    status, output = bench("-r", tmp_path / "nothing")
     assert status == 2
-    assert f'bench check -r {tmp_path / "nothing"} --accept "why"' in said
+    assert f'bench check -r {tmp_path / "nothing"} --accept "why"' in output
 
 
 def test_golden_rows_of_nothing_end_with_two(baseline, bench):
@@ -297,28 +299,28 @@ def test_a_method_that_is_gone_ends_with_two_until_its_rows_are_removed(baseline
     bench("-r", baseline, "--accept", "another", "--methods", "toy_method")
     assert set(golden.read(baseline).under("weights")) == {"toy_learner", "toy_method"}
     edited(baseline, "facts.csv", lambda old: old.replace(b"weights/toy_method", b"weights/lost_method"))
-    status, said = bench("-r", baseline)
+    status, output = bench("-r", baseline)
     assert status == 2
-    assert "no method is called 'lost_method'" in said
-    assert "remove its line from" in said
+    assert "no method is called 'lost_method'" in output
+    assert "remove its line from" in output
     edited(baseline, "facts.csv", lambda old: old.replace(b"weights/lost_method,\n", b""))
     assert bench("-r", baseline)[0] == 0
 
 
 def test_a_method_that_answers_nothing_is_no_baseline(tmp_path, bench, monkeypatch):
-    status, said = bench("-r", tmp_path / "golden", "--methods", "toy_method[does=raise]", "-d",
+    status, output = bench("-r", tmp_path / "golden", "--methods", "toy_method[does=raise]", "-d",
                          "toy_cases", "--accept", "x")  # fmt: skip
     assert status == 2
-    assert "it answers nothing: RuntimeError: out of ideas" in said
+    assert "it answers nothing: RuntimeError: out of ideas" in output
     assert not (tmp_path / "golden").exists()
 
 
 # --------------------------------------------------------------------------------------------- accept
 def test_accepting_rewrites_and_logs_and_says_only_so(baseline, bench, monkeypatch):
     monkeypatch.setenv("TOY_OFF", "0.03")
-    status, said = bench("-r", baseline, "--accept", "feet\nare held now")
-    assert (status, said.splitlines()[0]) == (0, f"Accepted, and logged in {baseline / 'CHANGES.md'}.")
-    assert "worse" not in said
+    status, output = bench("-r", baseline, "--accept", "feet\nare held now")
+    assert (status, output.splitlines()[0]) == (0, f"Accepted, and logged in {baseline / 'CHANGES.md'}.")
+    assert "worse" not in output
     assert bench("-r", baseline)[0] == 0
     log = (baseline / "CHANGES.md").read_text().splitlines()
     assert len([line for line in log if line.startswith("- ")]) == 2
@@ -330,8 +332,8 @@ def test_accepting_rewrites_and_logs_and_says_only_so(baseline, bench, monkeypat
 def test_where_nothing_moved_nothing_is_written(baseline, bench, monkeypatch):
     before = content(baseline)
     monkeypatch.setenv("TOY_OFF", "0.02000000001")
-    status, said = bench("-r", baseline, "--accept", "creeping")
-    assert (status, "Nothing to accept" in said) == (0, True)
+    status, output = bench("-r", baseline, "--accept", "creeping")
+    assert (status, "Nothing to accept" in output) == (0, True)
     assert content(baseline) == before
 
 
@@ -339,8 +341,8 @@ def test_where_nothing_moved_nothing_is_written(baseline, bench, monkeypatch):
 def test_accepting_needs_a_reason(baseline, bench, monkeypatch, arguments):
     before = content(baseline)
     monkeypatch.setenv("TOY_OFF", "0.03")
-    status, said = bench("-r", baseline, *arguments)
-    assert (status, "--accept" in said) == (2, True)
+    status, output = bench("-r", baseline, *arguments)
+    assert (status, "--accept" in output) == (2, True)
     assert content(baseline) == before
 
 
@@ -349,8 +351,8 @@ def test_all_files_are_replaced_or_none(baseline, bench, monkeypatch):
     monkeypatch.setenv("TOY_OFF", "0.03")
     full = OSError(28, "No space left on device")
     monkeypatch.setattr(golden.shutil, "copytree", lambda *paths: (_ for _ in ()).throw(full))
-    status, said = bench("-r", baseline, "--accept", "full")
-    assert (status, "No space left" in said) == (2, True)
+    status, output = bench("-r", baseline, "--accept", "full")
+    assert (status, "No space left" in output) == (2, True)
     assert content(baseline) == before
 
 
@@ -375,10 +377,10 @@ def edited(folder, name, change):
 )
 def test_damaged_files_are_named(baseline, bench, name, change, words):
     edited(baseline, name, change)
-    status, said = bench("-r", baseline)
+    status, output = bench("-r", baseline)
     assert status == 2
-    assert re.search(words, said)
-    assert "Traceback" not in said
+    assert re.search(words, output)
+    assert "Traceback" not in output
 
 
 # -------------------------------------------------------------------------------------- the summary

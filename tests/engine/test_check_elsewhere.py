@@ -29,14 +29,14 @@ def test_a_repository_of_its_own_with_a_plugin_file(tmp_path):
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
 
     def run(*more, **changes):
-        done = subprocess.run(
+        completed = subprocess.run(
             [*command, *files, *more],
             cwd=tmp_path,
             env=environment | changes,
             capture_output=True,
             text=True,
         )
-        return done.returncode, done.stdout + done.stderr
+        return completed.returncode, completed.stdout + completed.stderr
 
     assert run("--accept", "first rows")[0] == 0
     assert (tmp_path / "golden" / "CHANGES.md").is_file()

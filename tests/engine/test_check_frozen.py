@@ -28,26 +28,30 @@ def copied(tmp_path):
 def test_a_damaged_frozen_motion_is_named_and_cannot_be_measured(copied, tmp_path):
     path = copied / "frozen" / "stairs.npz"
     path.write_bytes(path.read_bytes()[:5000])
-    found = run.Measured(tmp_path / "rows")
-    run.measure_frozen(found, copied, metrics()[:1], quiet)
-    assert [each.startswith(f"{path}: is not a file of frozen motions") for each in found.missing] == [True]
+    measurements = run.Measured(tmp_path / "rows")
+    run.measure_frozen(measurements, copied, metrics()[:1], quiet)
+    assert [
+        each.startswith(f"{path}: is not a file of frozen motions") for each in measurements.missing
+    ] == [True]
 
 
 def test_another_frozen_motion_is_told_as_such(copied):
-    ours = golden.read(FOLDER)
+    golden_facts = golden.read(FOLDER)
     held = frozen.read(copied / "frozen" / "stairs.npz")
     moved = {name: replace(each, root=each.root + 1.0) for name, each in held.predictions.items()}
     freeze_motions.write(copied / "frozen", replace(held, predictions=moved))
-    found = compare.compare(ours, measured(ours, folder=copied))
-    assert [(each.status, each.subject) for each in found.changes] == [(Status.INCOMPARABLE, "file stairs")]
+    comparison = compare.compare(golden_facts, measured(golden_facts, folder=copied))
+    assert [(each.status, each.subject) for each in comparison.changes] == [
+        (Status.INCOMPARABLE, "file stairs")
+    ]
 
 
 def test_no_frozen_motion_cannot_be_measured(copied, tmp_path):
     for path in (copied / "frozen").glob("*.npz"):
         path.unlink()
-    found = run.Measured(tmp_path / "rows")
-    run.measure_frozen(found, copied, metrics()[:1], quiet)
-    assert found.missing == [f"{copied / 'frozen'} has no frozen motion"]
+    measurements = run.Measured(tmp_path / "rows")
+    run.measure_frozen(measurements, copied, metrics()[:1], quiet)
+    assert measurements.missing == [f"{copied / 'frozen'} has no frozen motion"]
 
 
 def test_what_is_packed_is_what_is_read(tmp_path):

@@ -14,19 +14,21 @@ from retarget_bench.verification.gate.compare import Status
 
 
 @pytest.fixture(scope="module")
-def ours():
+def golden_facts():
     return golden.read(FOLDER)
 
 
-def compared(ours, part):
+def compared(golden_facts, part):
     """What the gate says of one metric, or of one part of the core."""
     if part in core.PARTS:
-        return compare.compare(ours, part_measured(ours, part))
-    return compare.compare(ours, measured(ours, [each for each in metrics() if each.card.name == part]))
+        return compare.compare(golden_facts, part_measured(golden_facts, part))
+    return compare.compare(
+        golden_facts, measured(golden_facts, [each for each in metrics() if each.card.name == part])
+    )
 
 
 SMOOTHNESS, SPEED = "retarget_bench.metrics.smoothness", "retarget_bench.metrics.joint_speed"
-SLIDE, PLANT = "retarget_bench.api.comparison", "retarget_bench.metrics.contact"
+SLIDE, CONTACT_METRIC = "retarget_bench.api.comparison", "retarget_bench.metrics.contact"
 FID, CONTACT = "retarget_bench.metrics.fid_structure.frechet", "retarget_bench.motion.contact"
 GROUND, RECORDING = "retarget_bench.motion.ground", "retarget_bench.motion.bvh.recording"
 DOCUMENT, CHECK = "retarget_bench.motion.bvh.document", "retarget_bench.plugins.prediction_check"
@@ -61,7 +63,7 @@ MUTATIONS = {
     "contacts without their rate": ("contact_speed", CONTACT, "planted", "30.0 / fps * ", ""),
     "no contact in the first frame": ("slide", CONTACT, "planted", "[slow[:1],", "[slow[:1] & False,"),
     "skating without its rate": ("slide", SLIDE, "steps", "(fps / RATE)", "1.0"),
-    "stays of four frames at any rate": ("contact", PLANT, "_stays", "STAY * fps", "STAY * 30.0"),
+    "stays of four frames at any rate": ("contact", CONTACT_METRIC, "_stays", "STAY * fps", "STAY * 30.0"),
     "joint accelerations without their rate": (
         "joint_speed", SPEED, "JointSpeed.compute", "* comparison.fps for", "* 30.0 for",
     ),
@@ -148,24 +150,24 @@ def mutate(monkeypatch, module, name, before, after):
     holder = import_module(module)
     for each in owner:
         holder = getattr(holder, each)
-    found = getattr(holder, attribute)
-    if isinstance(found, dict):  # itself and not its name, which others have imported
+    target = getattr(holder, attribute)
+    if isinstance(target, dict):  # itself and not its name, which others have imported
         for key, each in after.items():
-            monkeypatch.setitem(found, key, each)
+            monkeypatch.setitem(target, key, each)
         return
-    found = found.fget if isinstance(found, property) else getattr(found, "func", found)
-    function = inspect.unwrap(found)
+    target = target.fget if isinstance(target, property) else getattr(target, "func", target)
+    function = inspect.unwrap(target)
     if not callable(function):
-        assert found == before
+        assert target == before
         monkeypatch.setattr(holder, attribute, after)
         return
     source = textwrap.dedent(inspect.getsource(function))
     source = source[source.index("def ") :]
     assert source.count(before) == 1
-    made: dict = {}
-    exec(source.replace(before, after), dict(function.__globals__), made)
+    namespace: dict = {}
+    exec(source.replace(before, after), dict(function.__globals__), namespace)
     # its code and not its name, which others have imported
-    monkeypatch.setattr(function, "__code__", made[attribute].__code__)
+    monkeypatch.setattr(function, "__code__", namespace[attribute].__code__)
 
 
 @pytest.fixture(autouse=True)
@@ -177,15 +179,15 @@ def _skeletons():
 
 
 @pytest.mark.parametrize("fault", MUTATIONS)
-def test_a_mutation_is_seen(ours, monkeypatch, fault):
+def test_a_mutation_is_seen(golden_facts, monkeypatch, fault):
     part, *where = MUTATIONS[fault]
     mutate(monkeypatch, *where)
-    found = compared(ours, part)
-    assert found.verdict == 1
-    assert {each.status for each in found.changes} <= {Status.MOVED, Status.FAILING}
-    assert not any("Error" in each.why for each in found.changes), "a number is another; nothing broke"
+    comparison = compared(golden_facts, part)
+    assert comparison.verdict == 1
+    assert {each.status for each in comparison.changes} <= {Status.MOVED, Status.FAILING}
+    assert not any("Error" in each.why for each in comparison.changes), "a number is another; nothing broke"
 
 
 @pytest.mark.parametrize("part", sorted({part for part, *_ in MUTATIONS.values()}))
-def test_without_mutation_all_is_the_same(ours, part):
-    assert compared(ours, part).changes == ()
+def test_without_mutation_all_is_the_same(golden_facts, part):
+    assert compared(golden_facts, part).changes == ()

@@ -13,7 +13,7 @@ from retarget_bench.verification.gate.compare import Status
 
 
 @pytest.fixture(scope="module")
-def ours():
+def golden_facts():
     return golden.read(FOLDER)
 
 
@@ -22,61 +22,65 @@ def of_cases():
     return [each for each in metrics() if hasattr(each, "compute")]
 
 
-def under(found, start):
-    return [name for name in found.facts if name.startswith(f"{start}/")]
+def under(measurements, start):
+    return [name for name in measurements.facts if name.startswith(f"{start}/")]
 
 
-def row(found, name):
+def row(measurements, name):
     """The facts of one row, as numbers."""
-    return {key.removeprefix(f"{name}/"): float(found.facts[key]) for key in under(found, name)}
+    return {
+        key.removeprefix(f"{name}/"): float(measurements.facts[key]) for key in under(measurements, name)
+    }
 
 
 # ------------------------------------------------------------------------------------ what golden rows are
-def test_the_gate_is_green(ours):
-    found = compare.compare(ours, measured(ours))
-    assert (found.verdict, found.changes) == (0, ())
-    assert found.compared > 5000
+def test_the_gate_is_green(golden_facts):
+    comparison = compare.compare(golden_facts, measured(golden_facts))
+    assert (comparison.verdict, comparison.changes) == (0, ())
+    assert comparison.compared > 5000
 
 
-def test_every_value_of_every_built_in_metric_is_guarded(ours):
-    found = {golden.parsed(name)[2] for part in ("motion", "clouds") for name in under(ours, part)}
+def test_every_value_of_every_built_in_metric_is_guarded(golden_facts):
+    guarded = {
+        golden.parsed(name)[2] for part in ("motion", "clouds") for name in under(golden_facts, part)
+    }
     declared = {value.id for metric in metrics() for value in metric.card.computed}
-    assert {name for name in found if not name.endswith(".features")} == declared
-    assert set(ours.under("value")) == declared
+    assert {name for name in guarded if not name.endswith(".features")} == declared
+    assert set(golden_facts.under("value")) == declared
 
 
-def test_frozen_numbers_are_what_their_faults_say(ours):
+def test_frozen_numbers_are_what_their_faults_say(golden_facts):
     off = np.array([0.03, 0.02, -0.05])
-    shifted = row(ours, "motion/intra_walk/shifted")
+    shifted = row(golden_facts, "motion/intra_walk/shifted")
     case = frozen.read(FOLDER / "frozen" / "intra_walk.npz").case
     assert shifted["mpjpe_h.world"] == pytest.approx(
         100 * np.linalg.norm(off) / case.target.height, rel=1e-6
     )
     assert shifted["root_path.vertical"] == pytest.approx(100 * 0.02 / case.target.height, rel=1e-5)
     assert shifted["mpjpe_h.root"] == pytest.approx(0, abs=1e-5)
-    exact = row(ours, "motion/intra_walk/exact")
+    exact = row(golden_facts, "motion/intra_walk/exact")
     assert max(exact[name] for name in ("mpjpe_h.world", "san_code", "rotation.world", "acc")) < 1e-12
-    turned = row(ours, "motion/intra_walk/turned")
+    turned = row(golden_facts, "motion/intra_walk/turned")
     assert turned["rotation.local"] == pytest.approx(7.0, rel=1e-5)
-    sliding = row(ours, "motion/intra_walk/sliding")
+    sliding = row(golden_facts, "motion/intra_walk/sliding")
     assert sliding["foot_slide"] - exact["foot_slide"] == pytest.approx(0.4, abs=0.05)
-    longer = row(ours, "motion/intra_walk/longer")
+    longer = row(golden_facts, "motion/intra_walk/longer")
     assert longer["acceleration_ratio"] == pytest.approx(1.03, rel=1e-6)
     assert "rotation.local" not in longer
-    assert "mpjpe_h.world" not in row(ours, "motion/intra_walk/shifted, no answer")
+    assert "mpjpe_h.world" not in row(golden_facts, "motion/intra_walk/shifted, no answer")
 
 
-def test_the_smoke_split_shows_every_structure_on_both_sides(ours):
-    data = registry.create("datasets", ours.facts["dataset/spec"])
-    asked = method_rows.golden_cases(ours)
+def test_the_smoke_split_shows_every_structure_on_both_sides(golden_facts):
+    data = registry.create("datasets", golden_facts.facts["dataset/spec"])
+    by_split = method_rows.golden_cases(golden_facts)
     bodies = data.characters()
-    cases = [case for split in asked.values() for case in split]
+    cases = [case for split in by_split.values() for case in split]
     assert 12 <= len(cases) <= 20
     pairs = [case.split("/")[1].split(">") for case in cases]
     for side in (0, 1):
         assert {bodies[pair[side]].structure for pair in pairs} == {b.structure for b in bodies.values()}
     assert len({case.split("/")[2].rsplit("-", 1)[0] for case in cases}) >= 8
-    for split, chosen in asked.items():
+    for split, chosen in by_split.items():
         assert [info.id for info in method_rows.choose(data, data.cases("retarget", split))] == chosen
 
 
@@ -141,18 +145,18 @@ METRICS = {
 
 
 @pytest.mark.parametrize("name", METRICS)
-def test_a_broken_metric_is_seen(ours, monkeypatch, name):
+def test_a_broken_metric_is_seen(golden_facts, monkeypatch, name):
     cls, attribute, broken = METRICS[name]()
     built = [each for each in metrics() if isinstance(each, cls)] or of_cases()
     monkeypatch.setattr(cls, attribute, broken)
-    found = compare.compare(ours, measured(ours, built))
-    assert found.verdict == 1
-    marks = {each.status for each in found.changes}
+    comparison = compare.compare(golden_facts, measured(golden_facts, built))
+    assert comparison.verdict == 1
+    marks = {each.status for each in comparison.changes}
     fails = name in ("NaN", "a value forgotten", "an error raised")
     lost = {Status.FAILING} if name == "root joint left out" else set()  # its own number is gone
     assert marks == ({Status.FAILING} if fails else {Status.MOVED} | lost)
     if name == "an error raised":
-        assert any("ZeroDivisionError: nothing to divide by" in each.why for each in found.changes)
+        assert any("ZeroDivisionError: nothing to divide by" in each.why for each in comparison.changes)
 
 
 class Width:
@@ -179,9 +183,9 @@ class Width:
         return float(np.abs(real.features).mean() - np.abs(generated.features).mean())
 
 
-def test_metrics_of_sets_are_guarded_by_clouds_and_by_features_of_frozen_motions(ours):
+def test_metrics_of_sets_are_guarded_by_clouds_and_by_features_of_frozen_motions(golden_facts):
     metric = Width()
-    before = measured(ours, [metric])
+    before = measured(golden_facts, [metric])
     clouds = [float(before.facts[f"clouds/{way}/width"]) for way in ("one way", "the other")]
     assert clouds[0] == -clouds[1] != 0
     assert {"width.features@generated", "width.features@real"} <= row(before, "motion/stairs/sunk").keys()
@@ -190,7 +194,7 @@ def test_metrics_of_sets_are_guarded_by_clouds_and_by_features_of_frozen_motions
     def moved():
         return {
             (x.status, x.value or x.subject)
-            for x in compare.compare(before, measured(ours, [metric])).changes
+            for x in compare.compare(before, measured(golden_facts, [metric])).changes
         }
 
     assert moved() == set()
@@ -212,11 +216,11 @@ def test_clouds_are_the_same_for_ever():
     assert first.features.std() == pytest.approx(np.sqrt(4 / 12), rel=0.02)
 
 
-def test_rounding_of_another_processor_is_not_seen(ours, monkeypatch):
+def test_rounding_of_another_processor_is_not_seen(golden_facts, monkeypatch):
     """Every place is moved by some units in the last digit."""
     random = np.random.default_rng(5)
     cls, attribute, shaken = of(
         Comparison, "predicted", lambda c, p: p * (1 + 4e-16 * random.integers(-1, 2, size=p.shape))
     )
     monkeypatch.setattr(cls, attribute, shaken)
-    assert compare.compare(ours, measured(ours, of_cases())).verdict == 0
+    assert compare.compare(golden_facts, measured(golden_facts, of_cases())).verdict == 0

@@ -20,9 +20,9 @@ def checked(tmp_path):
 
 
 def test_the_methods_are_green(checked):
-    found = checked("copy_rotations", "reference")
-    assert found.verdict == 0
-    assert found.compared > 300
+    comparison = checked("copy_rotations", "reference")
+    assert comparison.verdict == 0
+    assert comparison.compared > 300
 
 
 def test_every_method_of_a_plain_run_has_golden_rows():
@@ -60,22 +60,22 @@ BROKEN = {
 @pytest.mark.parametrize("name", BROKEN)
 def test_a_broken_method_is_seen(checked, monkeypatch, name):
     monkeypatch.setattr(*answer(BROKEN[name]))
-    found = checked("copy_rotations")
-    assert found.verdict == 1
-    assert {each.status for each in found.changes} & {Status.WORSE, Status.BETTER}
+    comparison = checked("copy_rotations")
+    assert comparison.verdict == 1
+    assert {each.status for each in comparison.changes} & {Status.WORSE, Status.BETTER}
 
 
 def test_a_root_one_percent_longer_is_told_by_a_handful_of_values(checked, monkeypatch):
     monkeypatch.setattr(*answer(lambda m, s, t: replace(m, root=1.01 * m.root)))
-    found = checked("copy_rotations")
-    assert len(found.changes) > 100
-    told = [line.split() for line in report.text(found).splitlines() if " copy_rotations " in line]
-    assert len(told) <= 14
-    (line,) = (each for each in told if each[0] == "worse" and each[2] == "mpjpe_h.world")
+    comparison = checked("copy_rotations")
+    assert len(comparison.changes) > 100
+    lines = [line.split() for line in report.text(comparison).splitlines() if " copy_rotations " in line]
+    assert len(lines) <= 14
+    (line,) = (each for each in lines if each[0] == "worse" and each[2] == "mpjpe_h.world")
     # of a body copied onto itself, 1 % of the height of its hips, which is about half of its own
     assert line[3] == "self"
     assert line[5].startswith("0.5")
-    assert len(report.text(found, everything=True).splitlines()) > len(found.changes)
+    assert len(report.text(comparison, everything=True).splitlines()) > len(comparison.changes)
 
 
 def test_self_pairs_that_slip_into_intra_are_seen(checked, monkeypatch):
@@ -87,7 +87,7 @@ def test_self_pairs_that_slip_into_intra_are_seen(checked, monkeypatch):
         return [*cases(self, task, split), *(replace(info, split="intra") for info in more)]
 
     monkeypatch.setattr(Puppets, "cases", slipped)
-    found = checked("copy_rotations")
-    assert found.verdict == 1
-    (change,) = found.changes
+    comparison = checked("copy_rotations")
+    assert comparison.verdict == 1
+    (change,) = comparison.changes
     assert (change.status, change.where) == (Status.INCOMPARABLE, "intra")

@@ -14,10 +14,10 @@ def test_what_moved_comes_first_the_gravest_foremost_then_counts():
         Change(Status.WORSE, "m|x", "v.one", "intra", 1.0, 2.0, "most <b>"),
         Change(Status.WORSE, "m|x", "v.two", "intra", 1.0, 1.5),
     )
-    found = Comparison(changes, 70)
-    said = report.text(found)
+    comparison = Comparison(changes, 70)
+    text = report.text(comparison)
     at = [
-        said.index(word)
+        text.index(word)
         for word in (
             "could not measure",
             "newly failing",
@@ -28,10 +28,10 @@ def test_what_moved_comes_first_the_gravest_foremost_then_counts():
         )
     ]
     assert at == sorted(at)
-    assert "v6" not in said
-    whole = report.text(found, everything=True)
-    assert "v59" in whole
-    assert "v.two" in whole
+    assert "v6" not in text
+    full_text = report.text(comparison, everything=True)
+    assert "v59" in full_text
+    assert "v.two" in full_text
     short = report.markdown(Comparison(changes[-2:], 70))
     (row,) = (line for line in short.splitlines() if line.startswith("| worse"))
     assert row == "| worse | m\\|x | v.one | intra | 1 | 2 | most &lt;b&gt;; and 1 like it |"

@@ -101,9 +101,9 @@ def test_all_statements_are_found_wherever_they_stand():
     files = [path for folder in ROOMS for path in (ROOT / folder).rglob("*.py")]
     texts = [BLOCKS, *(path.read_text(encoding="utf-8") for path in files)]
     for tree in map(ast.parse, texts):
-        found = [*all_statements(tree)]
-        assert {*map(id, found)} == {id(node) for node in ast.walk(tree) if isinstance(node, ast.stmt)}
-        assert len(found) == len({*map(id, found)})
+        nodes = [*all_statements(tree)]
+        assert {*map(id, nodes)} == {id(node) for node in ast.walk(tree) if isinstance(node, ast.stmt)}
+        assert len(nodes) == len({*map(id, nodes)})
 
 
 def test_what_is_no_python_counts_byte_by_byte():
@@ -225,9 +225,9 @@ def layer_names(files: set[Path]) -> set[str]:
     ],
 )
 def test_a_method_is_known_by_the_layers_that_it_reaches_and_by_no_others(name, some, none):
-    found = reached_layers("methods", name)
-    assert {"layers/__init__.py", f"layers/{some}.py"} <= found
-    assert f"layers/{none}.py" not in found
+    layers = reached_layers("methods", name)
+    assert {"layers/__init__.py", f"layers/{some}.py"} <= layers
+    assert f"layers/{none}.py" not in layers
 
 
 def test_modules_that_a_run_has_imported_of_the_layers_are_among_those_that_count():
@@ -239,13 +239,13 @@ def test_modules_that_a_run_has_imported_of_the_layers_are_among_those_that_coun
         "head = 'retarget_bench.training.'; "
         "print(*(m.removeprefix(head) for m in sys.modules if m.startswith(head + 'layers')))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    loaded = {name.replace(".", "/") for name in done.stdout.split()}
+    completed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name.replace(".", "/") for name in completed.stdout.split()}
     assert len(loaded) > 10
-    known = {
+    reachable = {
         name.removesuffix(".py").removesuffix("/__init__") for name in reached_layers("methods", "san")
     }
-    assert loaded <= known
+    assert loaded <= reachable
 
 
 def test_code_is_hashed_without_importing_it():
@@ -255,8 +255,8 @@ def test_code_is_hashed_without_importing_it():
         "from retarget_bench.plugins.spec import Spec; "
         "print(len(code(Spec('nkn'))), 'torch' in sys.modules)"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["8", "False"]
+    completed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert completed.stdout.split() == ["8", "False"]
 
 
 def test_what_keys_leave_out_of_the_motion_room_is_reached_by_no_method():

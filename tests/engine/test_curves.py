@@ -32,16 +32,20 @@ def results(tmp_path, monkeypatch) -> Path:
         numbers = []
         for clip, seconds in LENGTHS.items():
             curve = {str(s): factor * error(clip, s) for s in range(1, seconds + 1)}
-            whole = {"mpjpe_h.world": factor, "growth": curve, "curve": {"0.5": 0.25, "2": 0.75, "10": 1.0}}
-            numbers.append(("a>b", clip, "failed" if (name, clip) == ("two", "c15") else whole))
+            values = {
+                "mpjpe_h.world": factor,
+                "growth": curve,
+                "curve": {"0.5": 0.25, "2": 0.75, "10": 1.0},
+            }
+            numbers.append(("a>b", clip, "failed" if (name, clip) == ("two", "c15") else values))
         store(tmp_path / "runs", "intra", name, numbers)
     return tmp_path / "runs"
 
 
 def bench(*words) -> str:
-    done = CliRunner().invoke(group, ["table", "-r", *map(str, words)])
-    assert done.exit_code == 0, done.output or done.exception
-    return done.output
+    result = CliRunner().invoke(group, ["table", "-r", *map(str, words)])
+    assert result.exit_code == 0, result.output or result.exception
+    return result.output
 
 
 def lines(*words) -> dict[str, dict[str, str]]:
@@ -51,9 +55,9 @@ def lines(*words) -> dict[str, dict[str, str]]:
 
 
 def test_a_curve_has_a_line_per_second_with_the_mean_of_the_cases_that_have_it(results):
-    found = lines(results, "--columns", "growth")
-    assert list(found) == [str(second) for second in range(1, 13)]  # 10 after 9, not after 1
-    for second, row in found.items():
+    printed = lines(results, "--columns", "growth")
+    assert list(printed) == [str(second) for second in range(1, 13)]  # 10 after 9, not after 1
+    for second, row in printed.items():
         there = [clip for clip, lasts in LENGTHS.items() if lasts >= int(second)]
         errors = [error(clip, int(second)) for clip in there]
         assert float(row["one"]) == pytest.approx(np.mean(errors))
@@ -73,14 +77,14 @@ def test_first_sight_and_all_show_no_curve(results):
 
 
 def test_curves_do_not_mix_with_single_numbers(results):
-    done = CliRunner().invoke(group, ["table", "-r", str(results), "--columns", "growth,mpjpe_h.world"])
-    assert "growth has a number per second and cannot stand beside" in str(done.exception)
+    result = CliRunner().invoke(group, ["table", "-r", str(results), "--columns", "growth,mpjpe_h.world"])
+    assert "growth has a number per second and cannot stand beside" in str(result.exception)
 
 
 def test_long_clips_alone(results):
-    found = lines(results, "--columns", "growth", "--at-least", 10)
+    printed = lines(results, "--columns", "growth", "--at-least", 10)
     long = [clip for clip, lasts in LENGTHS.items() if lasts >= 10]
-    for second, row in found.items():
+    for second, row in printed.items():
         assert float(row["one"]) == pytest.approx(np.mean([error(clip, int(second)) for clip in long]))
         assert row["n"] == "4"
     shown = bench(results, "--at-least", 10)
@@ -92,7 +96,7 @@ def test_long_clips_alone(results):
 
 
 @pytest.mark.parametrize(
-    ("changes", "words", "told"),
+    ("changes", "words", "message"),
     [
         ({}, ["--at-least", "13"], "no case lasts 13 s"),
         ({"values": PLAIN}, ["--at-least", "3"], "the durations of clips are unknown; bench run"),
@@ -100,12 +104,12 @@ def test_long_clips_alone(results):
         ({}, ["--at-least", "3", "--paper", "pan-table1"], "--paper has columns and splits of its own"),
     ],
 )
-def test_what_cannot_be_shown_is_told(results, changes, words, told):
+def test_what_cannot_be_shown_is_told(results, changes, words, message):
     for place in records.find_results(results):
         changed(place, **changes)
-    done = CliRunner().invoke(group, ["table", "-r", str(results), *words])
-    assert isinstance(done.exception, BenchError)
-    assert told in str(done.exception)
+    result = CliRunner().invoke(group, ["table", "-r", str(results), *words])
+    assert isinstance(result.exception, BenchError)
+    assert message in str(result.exception)
 
 
 def test_points_without_a_number_for_a_name_come_last(results):

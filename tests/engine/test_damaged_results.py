@@ -50,7 +50,7 @@ def edit(path: Path) -> None:
 def test_what_is_not_as_it_was_written_is_named_and_made_again(tmp_path, monkeypatch, end, harm):
     (results,) = carry_out(tmp_path, "toy_method")
     place = results.paths
-    path, wanted = place.file(end), place.file(end).read_bytes()
+    path, expected = place.file(end), place.file(end).read_bytes()
     harm(path)
     arrays = partial(store.read_results, arrays=True)
     for read in [arrays] if end == ARRAYS else [store.read_results, lambda at: split_summaries([at])]:
@@ -59,22 +59,22 @@ def test_what_is_not_as_it_was_written_is_named_and_made_again(tmp_path, monkeyp
         assert caught.value.path == path
     monkeypatch.setattr(ShardWork, "_predicted", None)  # not asked: stored predictions are scored
     carry_out(tmp_path, "toy_method")
-    assert path.read_bytes() == wanted
+    assert path.read_bytes() == expected
 
 
 @pytest.mark.parametrize("harm", [cut, edit, Path.unlink])
 def test_metadata_of_cases_are_checked_and_made_again(tmp_path, harm):
     (results,) = carry_out(tmp_path, "toy_method")
     path = case_metadata.path_of(results.paths)
-    wanted, known = path.read_bytes(), case_metadata.read(results.paths)
-    assert known.legs
+    expected, metadata = path.read_bytes(), case_metadata.read(results.paths)
+    assert metadata.legs
     harm(path)
     if path.exists():
         with pytest.raises(FileError, match="bench run writes it anew"):
             case_metadata.read(results.paths)
     carry_out(tmp_path, "toy_method")
-    assert path.read_bytes() == wanted
-    assert case_metadata.read(results.paths) == known
+    assert path.read_bytes() == expected
+    assert case_metadata.read(results.paths) == metadata
 
 
 @pytest.mark.parametrize("harm", [cut, Path.unlink])
@@ -101,17 +101,17 @@ def test_other_line_ends_and_headers_without_checksums_are_no_damage(tmp_path):
 # ------------------------------------------------------------------------------------------ one at a time
 def test_a_second_run_in_the_same_folder_is_refused_and_readers_are_not(tmp_path):
     carry_out(tmp_path, "toy_method")
-    said = []
+    messages = []
 
-    def look(done: int, total: int) -> None:
-        if not said:
+    def watch(done: int, total: int) -> None:
+        if not messages:
             with pytest.raises(BenchError) as caught:
                 runner.run(asked(tmp_path, "toy_method"), lambda *_: None)
-            said.append(str(caught.value))
+            messages.append(str(caught.value))
             assert split_summaries(store.find_results(tmp_path))
 
-    runner.run(asked(tmp_path, "toy_method", overwrite="always"), look)
-    assert said == [
+    runner.run(asked(tmp_path, "toy_method", overwrite="always"), watch)
+    assert messages == [
         f"another run is writing to {tmp_path}; wait until it has ended, or give another folder"
     ]
     assert not (tmp_path / LOCK).exists()

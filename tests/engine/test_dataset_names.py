@@ -50,17 +50,17 @@ def places(root: Path) -> list[ResultPaths]:
 
 
 def bench(*arguments: object) -> str:
-    done = CliRunner().invoke(group, list(map(str, arguments)), catch_exceptions=False)
-    assert done.exit_code == 0
-    return done.output
+    result = CliRunner().invoke(group, list(map(str, arguments)), catch_exceptions=False)
+    assert result.exit_code == 0
+    return result.output
 
 
 def test_two_roots_have_two_names_and_both_have_numbers(two: tuple[Path, list[Spec]]) -> None:
-    found = split_summaries(places(two[0]))
-    assert {each.dataset for each in found} == {
+    summaries = split_summaries(places(two[0]))
+    assert {each.dataset for each in summaries} == {
         f"folder walks ({bound.dataset(spec).slug})" for spec in two[1]
     }
-    assert all(each.scores[0].means[VALUE].n == 1 for each in found)
+    assert all(each.scores[0].means[VALUE].n == 1 for each in summaries)
 
 
 def test_one_alone_goes_by_its_label(two: tuple[Path, list[Spec]]) -> None:
@@ -80,17 +80,19 @@ def test_tables_explanations_and_reports_name_both(two: tuple[Path, list[Spec]])
 
 def test_a_data_set_is_chosen_by_whatever_names_it(two: tuple[Path, list[Spec]]) -> None:
     root, specs = two
-    found = places(root)
+    all_places = places(root)
     for spec, place in (
-        (spec, p) for spec in specs for p in found if p.dataset == bound.dataset(spec).slug
+        (spec, p) for spec in specs for p in all_places if p.dataset == bound.dataset(spec).slug
     ):
         for name in (place.dataset, f"folder walks ({place.dataset})", str(spec)):
-            assert of_dataset(found, name) == [place]
+            assert of_dataset(all_places, name) == [place]
         assert place.dataset not in bench("table", "-r", root, "-d", str(spec))
     for name in ("folder walks", "folder"):
-        assert of_dataset(found, name) == found
-    with pytest.raises(BenchError, match=rf"of folder\[root=c\] in .*{found[0].dataset} \(folder walks\)"):
-        of_dataset(found, "folder[root=c]")
+        assert of_dataset(all_places, name) == all_places
+    with pytest.raises(
+        BenchError, match=rf"of folder\[root=c\] in .*{all_places[0].dataset} \(folder walks\)"
+    ):
+        of_dataset(all_places, "folder[root=c]")
 
 
 def test_newer_data_of_one_folder_still_replace_older_ones(tmp_path: Path) -> None:

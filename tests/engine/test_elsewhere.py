@@ -77,7 +77,7 @@ def test_what_does_not_fit_is_named(tmp_path, cases):
     np.savez(paths[3], positions=np.full((12, 9, 3), np.nan))
     predictions.write_prediction(paths[4], cases[4].reference.at(slice(0, 5)), "")
     messages = {entry.case: entry.message for entry in score(folder, tmp_path / "runs").entries}
-    wanted = [
+    expected = [
         "not a readable .npz",
         "9 joints",
         "lacks the joints Spine",
@@ -85,7 +85,7 @@ def test_what_does_not_fit_is_named(tmp_path, cases):
         "5 frames",
         "has no ",
     ]
-    for case, words in zip(cases, wanted, strict=True):
+    for case, words in zip(cases, expected, strict=True):
         assert words in messages[case.info.id], messages[case.info.id]
 
 
@@ -102,8 +102,8 @@ def test_odd_arrays_are_named_with_their_file(tmp_path, cases):
     predictions.write_prediction(paths[5], cases[5].reference, "")
     bvh.write(paths[5].with_suffix(".bvh"), cases[5].reference)
     messages = {entry.case: entry.message for entry in score(folder, tmp_path / "runs").entries}
-    wanted = ["not unit", "not unit", "(12, 9, 4)", "fps is", "lacks the joints", "remove one"]
-    for case, path, words in zip(cases, paths, wanted, strict=True):
+    expected = ["not unit", "not unit", "(12, 9, 4)", "fps is", "lacks the joints", "remove one"]
+    for case, path, words in zip(cases, paths, expected, strict=True):
         assert words in messages[case.info.id], messages[case.info.id]
         assert "not unit" in words or path.name[:-4] in messages[case.info.id]
 

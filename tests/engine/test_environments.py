@@ -82,13 +82,15 @@ def ask(tmp_path):
     def asking(method: str, seeds: Sequence[int] = (0,), *, together: bool = False, **limits: float):
         data = bound.dataset(Spec.parse("toy_cases[clips=9]")).built
         infos = data.cases("retarget", "intra")
-        asked = [(data.load(info), Context(seed=seed)) for info, seed in zip(infos, seeds, strict=False)]
+        questions = [
+            (data.load(info), Context(seed=seed)) for info, seed in zip(infos, seeds, strict=False)
+        ]
         pools.append(
             WorkerPool(tmp_path / f"pool-{len(pools)}", tmp_path, registry.files(), Limits(**limits))
         )
         worker = pools[-1].worker(plan.placed(method).spec)
         worker.log = tmp_path / "log.txt"
-        return worker.ask(asked) if together else [worker.ask([each])[0] for each in asked]
+        return worker.ask(questions) if together else [worker.ask([each])[0] for each in questions]
 
     yield asking
     for pool in pools:
@@ -117,8 +119,8 @@ def _arrays(outcome):
 def test_results_of_another_environment_are_their_own_and_the_same_numbers(tmp_path, monkeypatch, other):
     monkeypatch.setattr(runner, "Local", InThisProcess)
     methods = [f'{name}@"{other}"' for name in ("copy_rotations", "toy_method[does=noise]")]
-    wanted = asked(tmp_path, "copy_rotations", "toy_method[does=noise]", *methods, clips=1)
-    places = runner.run(wanted, lambda done, total: None)
+    request = asked(tmp_path, "copy_rotations", "toy_method[does=noise]", *methods, clips=1)
+    places = runner.run(request, lambda done, total: None)
     here, noise, there, noise_there = (store.read_results(place) for place in places)
     assert here.paths.rows.read_bytes() == there.paths.rows.read_bytes()
     assert noise.paths.rows.read_bytes() == noise_there.paths.rows.read_bytes()
@@ -133,8 +135,8 @@ def test_results_of_another_environment_are_their_own_and_the_same_numbers(tmp_p
     assert not here.header.method.environment
     assert here.header.keys != there.header.keys
     assert runner.run(asked(tmp_path, "copy_rotations", methods[0], clips=1), _never)
-    (made,) = builder.tables(summary.split_summaries([there.paths]), ["mpjpe_h.world"])
-    (origin,) = made.provenance
+    (table,) = builder.tables(summary.split_summaries([there.paths]), ["mpjpe_h.world"])
+    (origin,) = table.provenance
     assert f"(lock {facts['lock']}): {facts['python']}, numpy {np.__version__}" in origin.versions
     assert "copy_rotations@PYTHON" in origin.command
 
@@ -149,7 +151,7 @@ def test_keys_of_ordinary_methods_know_of_no_environment(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("command", "said"),
+    ("command", "message"),
     [
         ("/no/such/python", "No such file"),
         ("sh -c 'echo first >&2; echo the last >&2; exit 3'", "the last"),
@@ -160,12 +162,12 @@ def test_keys_of_ordinary_methods_know_of_no_environment(tmp_path):
         ("'open", "is no command"),
     ],
 )
-def test_what_cannot_be_started_is_a_sentence(tmp_path, command, said):
+def test_what_cannot_be_started_is_a_sentence(tmp_path, command, message):
     with pytest.raises(BenchError) as raised:
         runner.run(
             asked(tmp_path, str(Spec("copy_rotations", environment=command))), lambda done, total: None
         )
-    assert said in str(raised.value)
+    assert message in str(raised.value)
     assert "\n" not in str(raised.value)
 
 
@@ -211,17 +213,17 @@ def test_a_worker_behind_another_program_lives_and_ends_with_it(tmp_path):
     shim.write_text(f'#!/bin/sh\n"{sys.executable}" "$@"\nexit $?\n')
     shim.chmod(0o755)
     data = bound.dataset(Spec.parse("toy_cases")).built
-    asked = [(data.load(data.cases("retarget", "intra")[0]), Context())]
+    questions = [(data.load(data.cases("retarget", "intra")[0]), Context())]
     pool = WorkerPool(tmp_path / "workers", tmp_path, registry.files(), Limits())
     try:
         good, dying = (
             pool.worker(Spec("toy_method", parameters, environment=str(shim)))
             for parameters in ({}, {"does": "die"})
         )
-        assert good.ask(asked)[0].status == "ok"
+        assert good.ask(questions)[0].status == "ok"
         processes = [psutil.Process(good.pid), *psutil.Process(good.pid).children(recursive=True)]
-        assert dying.ask(asked)[0].status == "failed"
-        assert good.ask(asked)[0].status == "ok"
+        assert dying.ask(questions)[0].status == "failed"
+        assert good.ask(questions)[0].status == "ok"
         assert good.pid == processes[0].pid
     finally:
         pool.close()
@@ -300,9 +302,9 @@ def test_new_worker_runs_as_it_is(tmp_path, monkeypatch):
 def test_a_program_answers_several_questions(ask, tmp_path):
     (tmp_path / "answer.py").write_text(PROGRAM)
     command = f"{sys.executable} {tmp_path / 'answer.py'}"
-    found = map(_list, ask(str(Spec("external", {"command": command})), range(3), together=True))
+    answers = map(_list, ask(str(Spec("external", {"command": command})), range(3), together=True))
     for (rotations, root), (expected, path) in zip(
-        found, map(_list, ask("toy_method", range(3))), strict=True
+        answers, map(_list, ask("toy_method", range(3))), strict=True
     ):
         assert np.allclose(rotations, expected, atol=1e-6)
         assert np.allclose(root, path, atol=1e-6)
@@ -326,13 +328,13 @@ def test_a_program_is_known_by_its_files_or_its_version(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("program", "said"),
+    ("program", "message"),
     [("exit 0", "the program wrote no answer"), ("echo x > $1/0.npz", "not a readable .npz file")],
 )
-def test_a_program_without_an_answer_fails_its_case(ask, tmp_path, program, said):
+def test_a_program_without_an_answer_fails_its_case(ask, tmp_path, program, message):
     script = tmp_path / "program.sh"
     script.write_text(program)
     (outcome,) = ask(f"external[command=sh {script}]")
     assert outcome.status == "failed"
-    assert said in outcome.message
+    assert message in outcome.message
     assert str(tmp_path) not in outcome.message

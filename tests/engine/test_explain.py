@@ -68,8 +68,8 @@ def results(
         }
         entries.append(CaseResult(info.id, "ok", values=values))
     place = ResultPaths(root, "data", "retarget", split, "mine")
-    told = replace(header("mine", entries, split), **{"values": VALUES, **changes})
-    store.write_results(place, told, entries, infos)
+    described = replace(header("mine", entries, split), **{"values": VALUES, **changes})
+    store.write_results(place, described, entries, infos)
 
 
 def explained(root: Path) -> protocol_factors.Explanation:
@@ -81,36 +81,36 @@ def explained(root: Path) -> protocol_factors.Explanation:
 INTRA = {("a>b", "x"): 0.1, ("b>a", "x"): 0.3, ("a>b", "y"): 0.4}
 
 
-def factor(found: protocol_factors.Explanation, first: str, second: str) -> protocol_factors.Factor:
-    return next(f for f in found.factors if (f.first, f.second) == (first, second))
+def factor(explanation: protocol_factors.Explanation, first: str, second: str) -> protocol_factors.Factor:
+    return next(f for f in explanation.factors if (f.first, f.second) == (first, second))
 
 
 def test_factors_by_hand(tmp_path: Path) -> None:
     results(tmp_path, "intra", INTRA)
-    found = explained(tmp_path)
-    assert found.readings[0].id == "mpjpe_h.world"
-    assert "elsewhere" not in [reading.id for reading in found.readings]
-    metres = next(reading for reading in found.readings if reading.id == "metres")
+    explanation = explained(tmp_path)
+    assert explanation.readings[0].id == "mpjpe_h.world"
+    assert "elsewhere" not in [reading.id for reading in explanation.readings]
+    metres = next(reading for reading in explanation.readings if reading.id == "metres")
     assert metres.value == pytest.approx((0.2 + 0.4) / 2)  # clip x: two pairs, clip y: one
-    exact = factor(found, "metres", "centimetres")
+    exact = factor(explanation, "metres", "centimetres")
     assert exact.constant
     assert exact.usual == pytest.approx(100.0)
     assert exact.reasons == ("unit: m against cm",)
-    square = factor(found, "metres", "squared")
+    square = factor(explanation, "metres", "squared")
     assert not square.constant
     assert square.usual == pytest.approx(0.3)  # the median of the distances themselves
     assert (square.low, square.high) == pytest.approx(tuple(np.quantile([0.1, 0.3, 0.4], [0.05, 0.95])))
     assert square.means == pytest.approx(((0.01 + 0.09) / 2 + 0.16) / 2 / 0.3)
     assert square.reasons == ("error: distance against squared distance",)
-    assert len(found.factors) == 6  # each pair of four protocols; the fifth needs self pairs
+    assert len(explanation.factors) == 6  # each pair of four protocols; the fifth needs self pairs
 
 
 def test_self_pairs_move_the_mean_and_no_case(tmp_path: Path) -> None:
     selves = {("a>a", "x"): 0.0, ("b>b", "y"): 0.0}
     for split, numbers in (("intra", INTRA), ("self", selves)):
         results(tmp_path / "both", split, numbers)
-    found = explained(tmp_path / "both")
-    pooled = factor(found, "metres", "pooled")
+    explanation = explained(tmp_path / "both")
+    pooled = factor(explanation, "metres", "pooled")
     assert pooled.constant
     assert pooled.usual == pytest.approx(1.0)
     assert pooled.means == pytest.approx(((0.4 / 3) + 0.2) / 2 / 0.3)
@@ -124,22 +124,22 @@ def test_self_pairs_move_the_mean_and_no_case(tmp_path: Path) -> None:
 @pytest.mark.parametrize("columns", [80, 120])
 def test_lines_are_as_wide_as_asked_for(columns, tmp_path: Path) -> None:
     results(tmp_path, "intra", INTRA)
-    found = explained(tmp_path)
-    lines = protocol_factors.text(found, found.factors, columns).splitlines()
+    explanation = explained(tmp_path)
+    lines = protocol_factors.text(explanation, explanation.factors, columns).splitlines()
     assert max(map(len, lines)) <= columns
 
 
 def test_between_all_and_unknown_protocols(tmp_path: Path) -> None:
     results(tmp_path, "intra", INTRA)
-    found = explained(tmp_path)
-    first = protocol_factors.chosen(found, (), every=False)
+    explanation = explained(tmp_path)
+    first = protocol_factors.chosen(explanation, (), every=False)
     assert {f.first for f in first} == {"mpjpe_h.world"}
     assert len(first) == 3
-    assert len(protocol_factors.chosen(found, (), every=True)) == 6
-    (one,) = protocol_factors.chosen(found, ("squared", "metres"), every=False)
+    assert len(protocol_factors.chosen(explanation, (), every=True)) == 6
+    (one,) = protocol_factors.chosen(explanation, ("squared", "metres"), every=False)
     assert (one.first, one.second) == ("metres", "squared")
     with pytest.raises(BenchError, match=r"no protocol .mpjpe. here; it has mpjpe_h\.world, metres"):
-        protocol_factors.chosen(found, ("mpjpe",), every=False)
+        protocol_factors.chosen(explanation, ("mpjpe",), every=False)
 
 
 def test_one_protocol_alone_has_no_factor(tmp_path: Path) -> None:
@@ -166,8 +166,8 @@ def test_built_in_protocols_are_told_apart_by_what_they_declare(name: str) -> No
 
 
 def test_no_two_built_in_protocols_declare_the_same() -> None:
-    found = [value for name in BUILT_IN for value in create("metrics", Spec.parse(name)).card.values]
-    facts = [(*value.protocol.values(), value.unit) for value in found if value.protocol]
+    values = [value for name in BUILT_IN for value in create("metrics", Spec.parse(name)).card.values]
+    facts = [(*value.protocol.values(), value.unit) for value in values if value.protocol]
     assert len(facts) == len(set(facts)) >= 17
 
 
@@ -183,31 +183,31 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_what_must_be_exact_is_exact_on_puppets(run: Path) -> None:
     """The squared coordinate is a third of the squared distance."""
-    found = explained(run)
-    third = factor(found, "san_code_noself", "sqdist_h2")
+    explanation = explained(run)
+    third = factor(explanation, "san_code_noself", "sqdist_h2")
     assert third.constant
     assert third.usual == pytest.approx(3.0, rel=1e-7)
     assert "error: squared coordinate against squared distance" in third.reasons
-    assert not factor(found, "mpjpe_h.world", "mpjpe_h.root").constant
+    assert not factor(explanation, "mpjpe_h.world", "mpjpe_h.root").constant
 
 
 def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    def said(*arguments: str) -> tuple[int, str]:
+    def table(*arguments: str) -> tuple[int, str]:
         with pytest.raises(SystemExit) as stop:
             main(["table", "--protocols", "-r", str(run), *arguments])
         out, err = capsys.readouterr()
         return int(stop.value.code or 0), out + err
 
-    code, out = said("--columns", "san_code_noself,sqdist_h2")
+    code, out = table("--columns", "san_code_noself,sqdist_h2")
     assert (code, out.count("->")) == (0, 1)
     assert "san_code_noself -> sqdist_h2: x 3 in every case" in out
-    code, out = said("-f", "md", "--all")
+    code, out = table("-f", "md", "--all")
     assert code == 0
     assert "| `san_code_noself` | `sqdist_h2` | x 3 in every case |" in out
-    code, out = said("-m", "copy_rotation")
+    code, out = table("-m", "copy_rotation")
     assert code == 2
     assert "did you mean copy_rotations?" in out
-    code, out = said("--columns", "mpjpe")
+    code, out = table("--columns", "mpjpe")
     assert code == 2
     assert "no protocol 'mpjpe'" in out
 

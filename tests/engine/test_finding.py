@@ -15,8 +15,8 @@ RECALLS = VALUES | {RECALL: VALUES["curve"] | {"label": "contact recall", "index
 
 def stored(root, name, world, recall=None, split="cross", **about):
     """A method with these numbers on 20 clips."""
-    kept = {} if recall is None else {RECALL: recall}
-    rows = [("a>b", f"c{n:02}", {WORLD: world + n / 1000, **kept}) for n in range(20)]
+    recalls = {} if recall is None else {RECALL: recall}
+    rows = [("a>b", f"c{n:02}", {WORLD: world + n / 1000, **recalls}) for n in range(20)]
     return changed(store(root, split, name, rows, **about), values=RECALLS)
 
 
@@ -27,8 +27,8 @@ def learned(root, name, world, recall=None, share=None):
 
 
 def said(root) -> str:
-    (made,) = requested.tables(records.find_results(root), Request())
-    return made.finding
+    (table,) = requested.tables(records.find_results(root), Request())
+    return table.finding
 
 
 def test_all_that_is_known_is_said(tmp_path):
@@ -57,11 +57,11 @@ def test_ties_are_counted(tmp_path):
     for name, mean in (("one", 1.0), ("two", 1.001), ("three", 1.002), ("worse", 2.0)):
         rows = [("a>b", f"c{n:02}", {WORLD: mean + 0.1 * random.normal()}) for n in range(20)]
         changed(store(tmp_path, "cross", name, rows), values=RECALLS)
-    (made,) = requested.tables(records.find_results(tmp_path), Request())
-    marks = {row.label: row.cells[0].mark for row in made.groups[0].ranked}
+    (table,) = requested.tables(records.find_results(tmp_path), Request())
+    marks = {row.label: row.cells[0].mark for row in table.groups[0].ranked}
     assert sorted(marks.values()) == ["", "best", "tied", "tied"]
     best = next(label for label, mark in marks.items() if mark == "best")
-    assert made.finding == f"Across structures (cross) {best} is best by world (2 others tied)."
+    assert table.finding == f"Across structures (cross) {best} is best by world (2 others tied)."
 
 
 @pytest.mark.parametrize(("equals", "who"), [(2, "a and b are"), (4, "4 methods are")])
@@ -71,19 +71,19 @@ def test_equal_means_share_the_first_place(tmp_path, equals, who):
         stored(tmp_path, name, 1.0 + 2e-7 * number)
     stored(tmp_path, "worse", 2.0)
     assert said(tmp_path) == f"Across structures (cross) {who} best by world."
-    (made,) = requested.tables(records.find_results(tmp_path), Request())
-    assert [row.cells[0].mark for row in made.groups[0].ranked] == ["best"] * equals + [""]
+    (table,) = requested.tables(records.find_results(tmp_path), Request())
+    assert [row.cells[0].mark for row in table.groups[0].ranked] == ["best"] * equals + [""]
 
 
 @pytest.mark.parametrize("share", [None, 0.1])
 def test_what_is_not_known_is_left_out(tmp_path, share):
     learned(tmp_path, "net", 1.0, share=share)
     learned(tmp_path, "deep", 2.0)
-    whole = "Across structures (cross) net is best by world"
+    sentence = "Across structures (cross) net is best by world"
     assert said(tmp_path) == (
-        f"{whole}; net saw 10 % of its paper's training, of others it is not known."
+        f"{sentence}; net saw 10 % of its paper's training, of others it is not known."
         if share
-        else f"{whole}."
+        else f"{sentence}."
     )
 
 
@@ -101,6 +101,6 @@ def test_a_breakdown_and_a_split_alone_have_none(tmp_path):
     for number, name in enumerate(("one", "two"), 1):
         stored(tmp_path, name, float(number))
     places = records.find_results(tmp_path)
-    for asked in (Request(by="pair"), Request(splits=("cross",))):
-        (made,) = requested.tables(places, asked)
-        assert made.finding == ""
+    for request in (Request(by="pair"), Request(splits=("cross",))):
+        (table,) = requested.tables(places, request)
+        assert table.finding == ""

@@ -14,7 +14,7 @@ from retarget_bench.plugins import registry
 
 TOYS = Path(__file__).parent / "toys"
 METHODS = ("copy_rotations", "toy_method", "toy_method[does=shaken]", "toy_method[does=noise]")
-OURS = ("shard_process", "prediction.fork_server")
+OWN_PROCESSES = ("shard_process", "prediction.fork_server")
 """In the lines of scoring processes, of those that workers are forked from, and of all forked ones."""
 
 
@@ -25,21 +25,21 @@ def test_any_process_may_be_killed_at_any_moment(tmp_path):
         registry.add_file(TOYS / f"{name}.py")
     clips = 4 * kills
     runner.run(asked(tmp_path / "whole", *METHODS, clips=clips, jobs=2), lambda done, total: None)
-    found, deadline = 0, time.monotonic() + 20 * kills
+    killed, deadline = 0, time.monotonic() + 20 * kills
     for number in range(100):
         plan = asked(
             tmp_path / "killed", *METHODS, clips=clips, jobs=2, overwrite="always" if number else "missing"
         )
         # a shard whose processes are killed twice while they start is lost, and kept is what was finished
-        with Killer(number, *OURS) as killer, suppress(BenchError):
+        with Killer(number, *OWN_PROCESSES) as killer, suppress(BenchError):
             runner.run(plan, lambda done, total: None)
-        found += killer.kills
-        if found >= kills or time.monotonic() > deadline:
+        killed += killer.kills
+        if killed >= kills or time.monotonic() > deadline:
             break
-    assert found >= kills
+    assert killed >= kills
     runner.run(
         asked(tmp_path / "killed", *METHODS, clips=clips, overwrite="failed"), lambda done, total: None
     )
-    for wanted in sorted((tmp_path / "whole").rglob("intra/*.[cn][sp][vz]")):
-        made = tmp_path / "killed" / wanted.relative_to(tmp_path / "whole")
-        assert made.read_bytes() == wanted.read_bytes(), wanted.name
+    for expected in sorted((tmp_path / "whole").rglob("intra/*.[cn][sp][vz]")):
+        actual = tmp_path / "killed" / expected.relative_to(tmp_path / "whole")
+        assert actual.read_bytes() == expected.read_bytes(), expected.name

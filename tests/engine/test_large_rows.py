@@ -59,12 +59,12 @@ def large(tmp_path, monkeypatch) -> list[ResultPaths]:
 
 @pytest.mark.parametrize("form", sorted(RENDERERS))
 @pytest.mark.parametrize(
-    "wanted",
+    "selection",
     [Request(), Request(all=True), Request(columns=["curve"]), Request(by="pair")],
     ids=["usual", "all", "curve", "by pair"],
 )
-def test_tables_are_the_same_whichever_form_rows_have(text, large, form, wanted):
-    shown = [RENDERERS[form](requested.tables(places, wanted, form)) for places in (text, large)]
+def test_tables_are_the_same_whichever_form_rows_have(text, large, form, selection):
+    shown = [RENDERERS[form](requested.tables(places, selection, form)) for places in (text, large)]
     assert shown[0] == shown[1].replace("/large/", "/text/")
 
 
@@ -98,7 +98,7 @@ def test_only_what_a_table_shows_is_read(large, monkeypatch):
 def test_a_run_writes_either_form_and_leaves_nothing_of_the_other(tmp_path, monkeypatch, in_process):
     for file in sorted(TOYS.glob("*.py")):
         registry.add_file(file)
-    found = []
+    contents = []
     for many in (0, 10**9, 0):
         monkeypatch.setattr(rows, "MANY", many)
         (place,) = runner.run(asked(tmp_path, "toy_method", overwrite="always"), lambda *_: None)
@@ -107,8 +107,8 @@ def test_a_run_writes_either_form_and_leaves_nothing_of_the_other(tmp_path, monk
             key: column.tolist() for key, column in store.read_results(place, arrays=True).numbers.items()
         }
         assert {value for value, _ in arrays} >= {"mpjpe_h.joint"}
-        found.append((store.read_results(place).entries, arrays))
-    assert found[0] == found[1] == found[2]
+        contents.append((store.read_results(place).entries, arrays))
+    assert contents[0] == contents[1] == contents[2]
 
 
 # ------------------------------------------------------------------------------------------------ damage

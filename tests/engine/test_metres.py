@@ -71,16 +71,16 @@ def tall_and_small(root: Path) -> Path:
 
 
 def table(*words: object) -> list[dict[str, str]]:
-    done = CliRunner().invoke(group, ["table", "-r", *map(str, words), "-f", "csv"])
-    assert done.exit_code == 0, done.output
-    return list(csv.DictReader(done.output.splitlines()))
+    result = CliRunner().invoke(group, ["table", "-r", *map(str, words), "-f", "csv"])
+    assert result.exit_code == 0, result.output
+    return list(csv.DictReader(result.output.splitlines()))
 
 
 def test_means_intervals_and_ranks_are_those_of_metres(tmp_path):
     root = tall_and_small(tmp_path)
-    asked = ("--columns", "mpjpe_h.world,ratio", "-s", "cross")
-    usual = {row["method"]: row for row in table(root, *asked)}
-    metres = {row["method"]: row for row in table(root, *asked, "--unit", "m")}
+    options = ("--columns", "mpjpe_h.world,ratio", "-s", "cross")
+    usual = {row["method"]: row for row in table(root, *options)}
+    metres = {row["method"]: row for row in table(root, *options, "--unit", "m")}
     n = np.arange(12) / 10
     for name, (small, tall) in {"one": (5.0, 1.0), "two": (2.0, 3.0)}.items():
         each = ((small + n) * HEIGHTS["b"] + (tall + n) * HEIGHTS["c"]) / 2 / 100
@@ -104,11 +104,11 @@ def test_the_text_says_metres(tmp_path):
 
 def test_results_without_heights_are_told_and_a_run_adds_them(tmp_path):
     (results,) = carry_out(tmp_path, "toy_method")
-    wanted = case_metadata.read(results.paths).heights
+    heights = case_metadata.read(results.paths).heights
     case_metadata.path_of(results.paths).unlink()
     with pytest.raises(BenchError, match="do not say how tall their targets are"):
         summary.split_summaries([results.paths], metres=True)
     summary.split_summaries([results.paths])
     carry_out(tmp_path, "toy_method")
-    assert case_metadata.read(results.paths).heights == wanted
-    assert set(wanted) == {"small", "tall"}
+    assert case_metadata.read(results.paths).heights == heights
+    assert set(heights) == {"small", "tall"}

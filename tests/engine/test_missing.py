@@ -17,9 +17,9 @@ WORLD = {"mpjpe_h.world": 1.0}
 
 def cells_of(places, columns, split="intra") -> dict:
     """Method -> its cells on a split."""
-    (made,) = builder.tables(summary.split_summaries(places), columns)
-    (group,) = (group for group in made.groups if group.split == split)
-    return {row.label: row.cells for row in group.rows} | {"table": made, "group": group}
+    (table,) = builder.tables(summary.split_summaries(places), columns)
+    (group,) = (group for group in table.groups if group.split == split)
+    return {row.label: row.cells for row in group.rows} | {"table": table, "group": group}
 
 
 def needing(**needs) -> dict:
@@ -28,21 +28,21 @@ def needing(**needs) -> dict:
 
 def test_a_value_that_needs_what_predictions_lack_is_not_applicable_and_says_what(tmp_path):
     values = needing(ratio=["reference", "rotations"])
-    whole = store(tmp_path, "intra", "whole", [("a>b", "c1", {**WORLD, "ratio": 1.0})])
+    complete = store(tmp_path, "intra", "whole", [("a>b", "c1", {**WORLD, "ratio": 1.0})])
     points = store(tmp_path, "intra", "points", [("a>b", "c1", WORLD)])
-    found = cells_of([changed(p, values=values) for p in (whole, points)], ["mpjpe_h.world", "ratio"])
-    cell = found["points"][1]
+    cells = cells_of([changed(p, values=values) for p in (complete, points)], ["mpjpe_h.world", "ratio"])
+    cell = cells["points"][1]
     assert (cell.text, cell.value) == (NOT_APPLICABLE, None)
     assert cell.reason == "needs rotations"
-    assert found["table"].footnotes[cell.footnote - 1] == cell.reason
+    assert cells["table"].footnotes[cell.footnote - 1] == cell.reason
 
 
 def test_an_undefined_value_says_so(tmp_path):
     there = store(tmp_path, "intra", "there", [("a>b", "c1", {**WORLD, "ratio": 1.0})])
     still = store(tmp_path, "intra", "still", [("a>b", "c1", WORLD)])
-    found = cells_of([changed(p, values=needing()) for p in (there, still)], ["mpjpe_h.world", "ratio"])
-    assert found["still"][1].text == NOT_APPLICABLE
-    assert found["still"][1].reason == "undefined for all of these cases"
+    cells = cells_of([changed(p, values=needing()) for p in (there, still)], ["mpjpe_h.world", "ratio"])
+    assert cells["still"][1].text == NOT_APPLICABLE
+    assert cells["still"][1].reason == "undefined for all of these cases"
 
 
 @pytest.mark.parametrize(
@@ -52,20 +52,20 @@ def test_an_undefined_value_says_so(tmp_path):
 def test_a_method_that_answered_nothing(tmp_path, status, kind):
     good = store(tmp_path, "intra", "good", [("a>b", "c1", WORLD)])
     none = store(tmp_path, "intra", "none", [("a>b", "c1", status)])
-    found = cells_of([good, none], ["mpjpe_h.world"])
-    assert [cell.text for cell in found["none"]] == [kind]
-    (problem,) = found["table"].problems
+    cells = cells_of([good, none], ["mpjpe_h.world"])
+    assert [cell.text for cell in cells["none"]] == [kind]
+    (problem,) = cells["table"].problems
     assert (problem.label, problem.status, problem.message) == ("none", status, "because | of it")
 
 
 def test_many_refusals_are_one_line(tmp_path):
     place = store(tmp_path, "intra", "picky", [("a>b", f"c{k}", "unsupported") for k in range(5)])
-    told = [
+    problems = [
         {"status": "unsupported", "message": f"body {k} has no arms", "cases": [f"data/a>b/c{k}"]}
         for k in range(4)
     ]
-    told.append({"status": "failed", "message": "no idea", "cases": ["data/a>b/c4"]})
-    refused, failed = cells_of([changed(place, problems=told)], ["mpjpe_h.world"])["table"].problems
+    problems.append({"status": "failed", "message": "no idea", "cases": ["data/a>b/c4"]})
+    refused, failed = cells_of([changed(place, problems=problems)], ["mpjpe_h.world"])["table"].problems
     assert refused.sentence.startswith("intra: picky unsupported on 4 cases (first data/a>b/c0): body 0")
     assert refused.sentence.endswith("; 3 reasons more of this kind")
     assert (failed.status, failed.cases) == ("failed", ("data/a>b/c4",))
@@ -73,16 +73,16 @@ def test_many_refusals_are_one_line(tmp_path):
 
 def test_where_every_method_failed_the_columns_are_there_all_the_same(tmp_path):
     place = store(tmp_path, "intra", "none", [("a>b", "c1", "failed")])
-    found = cells_of([place], ["mpjpe_h.world", "ratio"])
-    assert [cell.text for cell in found["none"]] == [FAILED, FAILED]
+    cells = cells_of([place], ["mpjpe_h.world", "ratio"])
+    assert [cell.text for cell in cells["none"]] == [FAILED, FAILED]
 
 
 def test_a_method_that_ran_elsewhere_only_is_told(tmp_path):
     both = [store(tmp_path, split, "both", [("a>b", "c1", WORLD)]) for split in ("intra", "cross")]
     one = store(tmp_path, "cross", "one", [("a>b", "c1", WORLD)])
-    found = cells_of([*both, one], ["mpjpe_h.world"])
-    assert [row.label for row in found["group"].rows] == ["both"]
-    assert "intra: not run here: one." in found["group"].below
+    cells = cells_of([*both, one], ["mpjpe_h.world"])
+    assert [row.label for row in cells["group"].rows] == ["both"]
+    assert "intra: not run here: one." in cells["group"].below
 
 
 def test_metrics_that_were_not_computed_are_not_run(tmp_path):
@@ -107,14 +107,14 @@ def test_numbers_of_an_older_metric_and_of_older_data_stay_out(tmp_path):
     changed(places["metric"], metrics={"mpjpe_h": "1+aa", "ratio": "1+aa"}, **old)
     dataset = {"name": "toys", "label": "data", "content": "c0", "notes": []}
     changed(places["data"], metrics={"mpjpe_h": "2+bb", "ratio": "1+aa"}, dataset=dataset, **old)
-    found = cells_of(places.values(), ["mpjpe_h.world", "ratio"])
-    assert [cell.text for cell in found["metric"]] == [OTHER_VERSION, "1.00"]
-    assert "mpjpe_h 1" in found["metric"][0].reason
-    assert "mpjpe_h 2" in found["metric"][0].reason
-    assert [cell.text for cell in found["data"]] == [OTHER_VERSION] * 2
-    assert [row.label for row in found["group"].unranked if row.mark == STALE] == ["data"]
-    assert found["code"][0].value == found["new"][0].value == 1.0
-    notes = " ".join(found["table"].notes)
+    cells = cells_of(places.values(), ["mpjpe_h.world", "ratio"])
+    assert [cell.text for cell in cells["metric"]] == [OTHER_VERSION, "1.00"]
+    assert "mpjpe_h 1" in cells["metric"][0].reason
+    assert "mpjpe_h 2" in cells["metric"][0].reason
+    assert [cell.text for cell in cells["data"]] == [OTHER_VERSION] * 2
+    assert [row.label for row in cells["group"].unranked if row.mark == STALE] == ["data"]
+    assert cells["code"][0].value == cells["new"][0].value == 1.0
+    notes = " ".join(cells["table"].notes)
     assert "c0" in notes
     assert "mpjpe_h; bench run brings" in notes  # other code under the same version is told
 
@@ -129,9 +129,9 @@ def test_values_that_pool_self_pairs_say_why_they_are_missing(tmp_path):
 
 def test_columns_that_no_case_has_are_named_below(tmp_path):
     place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", {"ratio": 1.0})]), values=needing())
-    found = cells_of([place], ["ratio", "mpjpe_h.world"])
-    assert [column.id for column in found["group"].columns] == ["ratio"]
-    (sentence,) = found["group"].below
+    cells = cells_of([place], ["ratio", "mpjpe_h.world"])
+    assert [column.id for column in cells["group"].columns] == ["ratio"]
+    (sentence,) = cells["group"].below
     assert sentence.startswith("intra: not shown: world")
 
 
@@ -147,8 +147,8 @@ def test_speed_of_predictions_made_elsewhere_is_not_applicable(tmp_path):
     timing.write(timed, [timing.Time("x", 100, 2.0, 1.0)])
     idle = store(tmp_path, "intra", "idle", [("a>b", "c1", WORLD)])
     away = store(tmp_path, "intra", "away", [("a>b", "c1", WORLD)], origin="predictions made elsewhere")
-    found = cells_of([timed, idle, away], ["fps"])
-    assert [found[name][0].text for name in ("timed", "idle", "away")] == ["50.0", NOT_RUN, NOT_APPLICABLE]
+    cells = cells_of([timed, idle, away], ["fps"])
+    assert [cells[name][0].text for name in ("timed", "idle", "away")] == ["50.0", NOT_RUN, NOT_APPLICABLE]
 
 
 # ----------------------------------------------------------------------------------------------- marks
@@ -165,21 +165,21 @@ def noisy(root, name, centre, seed, clips=30):
 def test_marks_are_those_of_the_ranking(tmp_path):
     places = [noisy(tmp_path, n, c, s) for s, (n, c) in enumerate([("a", 1.0), ("b", 1.01), ("c", 3.0)])]
     (section,) = summary.split_summaries(places)
-    found = cells_of(places, ["mpjpe_h.world"])
+    cells = cells_of(places, ["mpjpe_h.world"])
     ranking = section.rankings["mpjpe_h.world"]
-    marks = {label: found[label][0].mark for label in "abc"}
+    marks = {label: cells[label][0].mark for label in "abc"}
     assert [label for label, mark in marks.items() if mark == "best"] == [ranking.best]
     assert {label for label, mark in marks.items() if mark == "tied"} == set(ranking.tied)
     assert marks["c"] == ""
-    assert [row.label for row in found["group"].ranked] == list(ranking.order)
+    assert [row.label for row in cells["group"].ranked] == list(ranking.order)
     mean = section.scores[0].means["mpjpe_h.world"]
-    assert (found["a"][0].interval, found["a"][0].n, found["a"][0].clips) == (mean.interval, 60, 30)
-    assert found["group"].common[0].cases == ranking.cases == 60
+    assert (cells["a"][0].interval, cells["a"][0].n, cells["a"][0].clips) == (mean.interval, 60, 30)
+    assert cells["group"].common[0].cases == ranking.cases == 60
 
 
 def test_a_method_alone_is_not_called_the_best(tmp_path):
-    found = cells_of([noisy(tmp_path, "alone", 1.0, 0)], ["mpjpe_h.world"])
-    assert found["alone"][0].mark == ""
+    cells = cells_of([noisy(tmp_path, "alone", 1.0, 0)], ["mpjpe_h.world"])
+    assert cells["alone"][0].mark == ""
 
 
 def test_a_number_over_fewer_cases_says_why_it_is_not_ranked(tmp_path):
@@ -198,15 +198,15 @@ def test_a_number_over_fewer_cases_says_why_it_is_not_ranked(tmp_path):
 def test_breakdowns_have_a_line_per_part_and_a_column_per_method(tmp_path, form):
     for name, centre in (("m", 1.0), ("k", 2.0)):
         noisy(tmp_path, name, centre, 0, clips=3)
-    (made,) = builder.tables(summary.split_summaries(records.find_results(tmp_path), "pair"), by="pair")
-    (group,) = made.groups
+    (table,) = builder.tables(summary.split_summaries(records.find_results(tmp_path), "pair"), by="pair")
+    (group,) = table.groups
     assert (group.heading, group.subject) == ("pair", "mpjpe_h.world")
     assert [row.label for row in group.ranked] == ["a>b", "a>c"]
     assert [column.label for column in group.columns] == ["k", "m"]
     assert {row.n for row in group.ranked} == {"3"}
     assert all(cell.value is not None for row in group.ranked for cell in row.cells)
-    assert [column.id for column in made.explained] == ["mpjpe_h.world"]
-    drawn = rendering.RENDERERS[form]([made])
+    assert [column.id for column in table.explained] == ["mpjpe_h.world"]
+    drawn = rendering.RENDERERS[form]([table])
     assert "mpjpe_h.world" in drawn if form == "csv" else "by pair" in drawn
 
 
@@ -215,25 +215,25 @@ def test_a_line_on_which_a_method_did_not_answer_all_cases_says_so(tmp_path):
     for name, second in (("m", 3.0), ("k", "failed")):
         numbers = [1.0, second, 1.0, 1.0]
         clips = zip(("a>b", "a>b", "a>c", "a>c"), "1212", numbers, strict=True)
-        told = [(pair, c, {"mpjpe_h.world": x} if isinstance(x, float) else x) for pair, c, x in clips]
-        store(tmp_path, "cross", name, told)
-    (made,) = builder.tables(summary.split_summaries(records.find_results(tmp_path), "pair"), by="pair")
-    (group,) = made.groups
+        entries = [(pair, c, {"mpjpe_h.world": x} if isinstance(x, float) else x) for pair, c, x in clips]
+        store(tmp_path, "cross", name, entries)
+    (table,) = builder.tables(summary.split_summaries(records.find_results(tmp_path), "pair"), by="pair")
+    (group,) = table.groups
     k, m = (
         [(row.cells[at].value, row.cells[at].footnote) for row in group.ranked]
         for at, _ in enumerate(group.columns)
     )
     assert (k, m) == ([(1.0, 1), (1.0, 0)], [(2.0, 0), (1.0, 0)])
-    assert made.footnotes == ("over the cases that it answered, which are not all of this line",)
+    assert table.footnotes == ("over the cases that it answered, which are not all of this line",)
 
 
 def test_self_pairs_have_a_line_only_for_values_that_count_them(tmp_path):
     store(tmp_path, "intra", "m", [("a>b", "c1", {"pooled": 4.0, **WORLD})])
     store(tmp_path, "self", "m", [("a>a", "c1", {"pooled": 0.0, **WORLD})])
-    found = [
+    summaries = [
         s for s in summary.split_summaries(records.find_results(tmp_path), "pair") if s.split == "intra"
     ]
-    (made,) = builder.tables(found, ["mpjpe_h.world", "pooled"], by="pair")
-    lines = {group.subject: [row.label for row in group.ranked] for group in made.groups}
+    (table,) = builder.tables(summaries, ["mpjpe_h.world", "pooled"], by="pair")
+    lines = {group.subject: [row.label for row in group.ranked] for group in table.groups}
     assert lines == {"mpjpe_h.world": ["a>b"], "pooled": ["a>a", "a>b"]}
-    assert [row.cells[0].value for row in made.groups[1].ranked] == [0.0, 4.0]
+    assert [row.cells[0].value for row in table.groups[1].ranked] == [0.0, 4.0]

@@ -38,7 +38,7 @@ KNOWN = {
 
 
 @pytest.mark.parametrize(
-    ("asked", "found"),
+    ("text", "expected"),
     [
         ("turn.local", "turn.local"),
         ("Turn.Local", "turn.local"),
@@ -63,12 +63,12 @@ KNOWN = {
         ("speed", "fps"),
     ],
 )
-def test_a_column_is_found_however_it_is_written(asked, found):
-    assert names.value_id(asked, {**KNOWN, "fps": names.SPEED}) == found
+def test_a_column_is_found_however_it_is_written(text, expected):
+    assert names.value_id(text, {**KNOWN, "fps": names.SPEED}) == expected
 
 
 @pytest.mark.parametrize(
-    ("asked", "told"),
+    ("text", "message"),
     [
         ("n", "n is the number of cases, no value"),
         ("speed", "is no value of single cases; bench table --columns speed"),
@@ -76,16 +76,16 @@ def test_a_column_is_found_however_it_is_written(asked, found):
         ("ratio_src", "bench table --against source shows ratio, source"),
     ],
 )
-def test_columns_that_are_no_values_and_names_of_several_are_explained(asked, told):
-    known = KNOWN | {
+def test_columns_that_are_no_values_and_names_of_several_are_explained(text, message):
+    values = KNOWN | {
         "joint_a": value("joint, one", "joint"),
         "joint_b": value("joint, two", "joint"),
         "jerk_ratio": value("joint jerk", "smoothness"),
         "ratio": value("ratio"),
         "ratio_src": value("ratio, source"),
     }
-    with pytest.raises(BenchError, match=told):
-        names.value_id(asked, known)
+    with pytest.raises(BenchError, match=message):
+        names.value_id(text, values)
 
 
 def test_a_family_of_several_values_lists_them():
@@ -95,13 +95,13 @@ def test_a_family_of_several_values_lists_them():
 
 
 def test_of_values_of_one_label_the_one_that_tables_show_is_meant():
-    known = KNOWN | {"older": value("FID", "older")}
-    assert names.value_ids(["FID", "older"], known) == ["fid", "older"]
+    values = KNOWN | {"older": value("FID", "older")}
+    assert names.value_ids(["FID", "older"], values) == ["fid", "older"]
 
 
 def test_labels_that_were_split_at_their_commas_are_one_name():
-    asked = ["mpjpe", "MPJPE", "Root-aligned", "contact recall", "by speed", "fid"]
-    assert names.value_ids(asked, KNOWN) == [
+    words = ["mpjpe", "MPJPE", "Root-aligned", "contact recall", "by speed", "fid"]
+    assert names.value_ids(words, KNOWN) == [
         *("mpjpe_h.world", "mpjpe_h.root", "contact_recall.speed", "fid"),
     ]
 
@@ -117,10 +117,10 @@ def test_an_unknown_name_is_answered_with_close_ones_or_all():
         names.value_id("xyzzy", {**KNOWN, "fps": names.SPEED})
 
 
-@pytest.mark.parametrize("asked", ["foo", "xyzzy", "zz top"])
-def test_an_unknown_name_is_answered_in_a_line_that_says_how_to_list_all(asked):
+@pytest.mark.parametrize("text", ["foo", "xyzzy", "zz top"])
+def test_an_unknown_name_is_answered_in_a_line_that_says_how_to_list_all(text):
     with pytest.raises(BenchError, match=r"bench info protocols") as raised:
-        names.value_id(asked, names.installed())
+        names.value_id(text, names.installed())
     assert len(str(raised.value)) < 240
 
 
@@ -129,13 +129,13 @@ def test_columns_are_shown_once():
 
 
 def test_every_label_and_id_of_the_installed_metrics_is_known_by_itself():
-    known = names.installed()
-    assert set(DEFAULT_COLUMNS) - {"fps"} <= set(known)
-    labels = [each.label for each in known.values()]
-    for key, each in known.items():
-        assert key in names.value_ids([key], known)
-        assert names.value_id(each.label.upper(), known) == key
-        assert names.value_id(" ".join(reversed(each.label.split(", "))), known) == key
+    values = names.installed()
+    assert set(DEFAULT_COLUMNS) - {"fps"} <= set(values)
+    labels = [each.label for each in values.values()]
+    for key, each in values.items():
+        assert key in names.value_ids([key], values)
+        assert names.value_id(each.label.upper(), values) == key
+        assert names.value_id(" ".join(reversed(each.label.split(", "))), values) == key
     assert len(set(labels)) == len(labels)
 
 
@@ -168,7 +168,7 @@ def test_methods_of_results_too():
 
 
 @pytest.mark.parametrize(
-    ("asked", "first"),
+    ("text", "first"),
     [
         ("mpjpe", "MPJPE, value of metric position"),
         ("contact recall", "contact recall, value of metric contact"),
@@ -178,14 +178,14 @@ def test_methods_of_results_too():
         ("contact_recall.speed", "contact recall, by speed, value of metric contact_speed"),
     ],
 )
-def test_info_about_whatever_has_the_name(asked, first):
-    assert CliRunner().invoke(info, [asked]).output.startswith(first)
+def test_info_about_whatever_has_the_name(text, first):
+    assert CliRunner().invoke(info, [text]).output.startswith(first)
 
 
 def test_info_says_what_a_value_is_against_the_source():
-    said = CliRunner().invoke(info, ["jerk_ratio"]).output
+    output = CliRunner().invoke(info, ["jerk_ratio"]).output
     assert "against the source (--against source): J/h of the prediction / J/h of the source" in " ".join(
-        said.split()
+        output.split()
     )
     assert "jerk_ratio_src" not in names.installed()
 
@@ -193,9 +193,9 @@ def test_info_says_what_a_value_is_against_the_source():
 def test_check_watches_the_contact_recall_of_the_table():
     """The line of docs/check.md."""
     limits = ("2%", "contact recall=1%, contact F1, by speed=3%")
-    asked = _criteria(Options(columns="mpjpe,contact recall", worse_only=True, tolerance=limits))
-    assert asked.values == {"mpjpe_h.world", "contact_recall"}
-    shares = {key: each.relative for key, each in asked.tolerances.items()}
+    criteria = _criteria(Options(columns="mpjpe,contact recall", worse_only=True, tolerance=limits))
+    assert criteria.values == {"mpjpe_h.world", "contact_recall"}
+    shares = {key: each.relative for key, each in criteria.tolerances.items()}
     assert shares == {"": 0.02, "contact_recall": 0.01, "contact_f1.speed": 0.03}
 
 
@@ -209,7 +209,7 @@ def test_a_chart_of_a_value_of_sets_is_refused_by_a_sentence(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("asked", "found"),
+    ("text", "expected"),
     [
         ("MPJPE", ("position",)),
         ("position", ("position",)),
@@ -220,11 +220,11 @@ def test_a_chart_of_a_value_of_sets_is_refused_by_a_sentence(tmp_path):
         ("nothing", ("nothing",)),
     ],
 )
-def test_metrics_are_found_by_the_labels_of_their_values(asked, found):
-    assert plans.metric_names([asked]) == found
+def test_metrics_are_found_by_the_labels_of_their_values(text, expected):
+    assert plans.metric_names([text]) == expected
 
 
 def test_info_about_nothing_suggests_methods_and_values():
-    said = [str(CliRunner().invoke(info, [asked]).exception) for asked in ("humott", "foot skatin")]
-    assert "did you mean humot" in said[0]
-    assert "did you mean foot_slide (foot skating)" in said[1]
+    messages = [str(CliRunner().invoke(info, [text]).exception) for text in ("humott", "foot skatin")]
+    assert "did you mean humot" in messages[0]
+    assert "did you mean foot_slide (foot skating)" in messages[1]

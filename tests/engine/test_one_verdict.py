@@ -39,7 +39,7 @@ def contradictions(matrix: ResultMatrix, values: Sequence[str]) -> list[str]:
     """What a table's marks and the comparisons with its best say differently, of these values."""
     rankings = comparing.table_rankings(matrix)
     rows = {row.label: row for row in matrix.rows}
-    found = []
+    conflicts = []
     for value in values:
         if value not in rankings:
             continue
@@ -48,7 +48,7 @@ def contradictions(matrix: ResultMatrix, values: Sequence[str]) -> list[str]:
         for best, label in [(best, label) for best, label in pairs if best != label]:
             comparison = pairwise.compare(matrix, rows[best], rows[label], values, rankings)
             (one,) = (each for each in comparison.differences if each.value == value)
-            told = {
+            claims = {
                 "best": one.verdict in ("same", "equal"),
                 "tied": one.verdict == "open",
                 "": one.verdict == "first" or label in ranking.unclear,
@@ -56,10 +56,30 @@ def contradictions(matrix: ResultMatrix, values: Sequence[str]) -> list[str]:
             if best != ranking.best and one.verdict == "same":
                 continue  # no clip differs by more than the tolerance, though some do from the very best
             mark = ranking.mark(label)
-            agree = told[mark] if ranking.separable else one.verdict in ("few", "same", "equal")
+            agree = claims[mark] if ranking.separable else one.verdict in ("few", "same", "equal")
             if not agree:
-                found.append(f"{value}, {best}, {label}: {mark or 'unmarked'} in the table, {one.verdict}")
-    return found
+                conflicts.append(
+                    f"{value}, {best}, {label}: {mark or 'unmarked'} in the table, {one.verdict}"
+                )
+    return conflicts
+
+
+def test_a_tie_with_one_of_two_that_share_the_best_mark_is_no_equality(tmp_path):
+    """Means of 0, 0.9 and 1.5 tolerances. The second shares the mark of the first, and the third is tied
+    with it, though it is as near to the second; its p is 1, since others differ more in most flips."""
+    random = np.random.default_rng(0)
+    for label, mean in (("a", 0.0), ("b", 0.009), ("c", 0.015)):
+        noise = random.normal(size=12)
+        numbers = 5.0 + noise - noise.mean() + mean
+        entries = [
+            ("x>y", f"clip {n:02}", {"mpjpe_h.world": float(each)}) for n, each in enumerate(numbers)
+        ]
+        store(tmp_path, "cross", label, entries)
+    (matrix,) = result_matrix.result_matrices(records.find_results(tmp_path))
+    matrix.values["mpjpe_h.world"] = replace(matrix.values["mpjpe_h.world"], tolerance=0.01)
+    ranking = comparing.table_rankings(matrix)["mpjpe_h.world"]
+    assert (ranking.order, ranking.equal, ranking.p["c"]) == (("a", "b", "c"), 2, 1.0)
+    assert contradictions(matrix, ["mpjpe_h.world"]) == []
 
 
 def test_marks_and_verdicts_agree_on_random_clips(tmp_path):
@@ -103,8 +123,8 @@ def test_who_is_equal_to_the_best_has_its_p_values(tmp_path):
     assert (ranking.order[:2], ranking.equal) == (("a", "b"), 2)
     rows = {row.label: row for row in matrix.rows}
     for label in "cd":
-        found = pairwise.compare(matrix, rows["b"], rows[label], ["mpjpe_h.world"], rankings)
-        assert found.differences[0].adjusted == ranking.p[label]
+        comparison = pairwise.compare(matrix, rows["b"], rows[label], ["mpjpe_h.world"], rankings)
+        assert comparison.differences[0].adjusted == ranking.p[label]
     assert contradictions(matrix, ["mpjpe_h.world"]) == []
 
 
@@ -118,8 +138,8 @@ def test_who_is_told_from_the_best_is_told_from_its_equals(tmp_path):
     matrix.values["mpjpe_h.world"] = replace(matrix.values["mpjpe_h.world"], tolerance=0.01)
     ranking = comparing.table_rankings(matrix)["mpjpe_h.world"]
     assert [ranking.mark(label) for label in "abc"] == ["best", "best", ""]
-    (found,) = comparing.compare([matrix], "b", "c")
-    assert found.differences[0].verdict == "first"
+    (comparison,) = comparing.compare([matrix], "b", "c")
+    assert comparison.differences[0].verdict == "first"
     assert contradictions(matrix, ["mpjpe_h.world"]) == []
 
 
@@ -153,19 +173,19 @@ def test_where_a_table_ranks_nobody_a_comparison_has_no_verdict(tmp_path):
     assert one.verdict == "first"
     waiting = (Problem(status="missing", message=WAITING, cases=("x",)),)
     rows = tuple(replace(row, header=replace(row.header, problems=waiting)) for row in matrix.rows)
-    found = pairwise.compare(replace(matrix, rows=rows), *rows, ["mpjpe_h.world"])
-    assert found.differences[0].verdict == "withheld"
-    assert "no verdict by world: cases are missing" in found.notes
+    comparison = pairwise.compare(replace(matrix, rows=rows), *rows, ["mpjpe_h.world"])
+    assert comparison.differences[0].verdict == "withheld"
+    assert "no verdict by world: cases are missing" in comparison.notes
 
 
 def test_a_method_beside_itself_is_the_same(tmp_path):
     matrix = two(tmp_path, [1.0] * 12, [2.0] * 12)
     for name in ("one", "two"):
-        (found,) = comparing.compare([matrix], name, name)
-        assert [(each.verdict, each.adjusted) for each in found.differences] == [("same", 1.0)]
+        (comparison,) = comparing.compare([matrix], name, name)
+        assert [(each.verdict, each.adjusted) for each in comparison.differences] == [("same", 1.0)]
 
 
 def test_a_value_of_ones_own_is_compared_where_there_is_no_usual_one(tmp_path):
     matrix = two(tmp_path, [1.0] * 12, [2.0] * 12, value="ratio")
-    (found,) = comparing.compare([matrix], "one", "two")
-    assert [each.value for each in found.differences] == ["ratio"]
+    (comparison,) = comparing.compare([matrix], "one", "two")
+    assert [each.value for each in comparison.differences] == ["ratio"]

@@ -37,8 +37,8 @@ def with_set(place, value, spread, real="real", floor=1.0):
     ends = (value - spread, value + spread)
     values = [SetValue("fid", "two legs", 300, 30, value, *ends, floor, real, "net", without=tuple(tenths))]
     set_metrics.write(place, [*values, SetValue("fid.structure", "s", 9, 3, reason="too few windows")])
-    told = {"fid": FID, "fid.structure": FID}
-    return changed(place, set_values=told, metrics={"fid_structure": "1+aa"}, date="2026-01-01")
+    set_values = {"fid": FID, "fid.structure": FID}
+    return changed(place, set_values=set_values, metrics={"fid_structure": "1+aa"}, date="2026-01-01")
 
 
 def overview(places) -> list[Table]:
@@ -46,23 +46,23 @@ def overview(places) -> list[Table]:
 
 
 def only_group(places) -> Group:
-    (made,) = overview(places)
-    (group,) = made.groups
+    (table,) = overview(places)
+    (group,) = table.groups
     return group
 
 
 @pytest.fixture
 def places(tmp_path):
     """On self ``near`` is better, on cross ``far``."""
-    found = []
+    paths = []
     for split, near, far in (("self", 1.0, 2.0), ("cross", 4.0, 3.0)):
-        found += [
+        paths += [
             stored(tmp_path, split, "near", [near + n / 100 for n in range(20)]),
             stored(tmp_path, split, "far", [far + n / 50 for n in range(20)]),
             stored(tmp_path, split, "floor", [9.0] * 20, control=True),
             stored(tmp_path, split, "some", [0.5] * 8 + [None] * 12),
         ]
-    return found
+    return paths
 
 
 def test_columns_are_of_splits_hardest_first_and_rows_in_the_order_of_the_first(places):
@@ -89,14 +89,14 @@ def test_where_no_method_answered_all_cases_nobody_is_ranked_and_the_table_says_
     stored(tmp_path, "cross", "two", [*[1.0] * 19, None])
     group = only_group(records.find_results(tmp_path))
     assert not group.ranked
-    (said,) = group.below
-    assert said.startswith("cross: no method is ranked by world, since none answered all cases.")
+    (note,) = group.below
+    assert note.startswith("cross: no method is ranked by world, since none answered all cases.")
 
 
 def test_a_split_alone_has_n_and_the_same_rows(places):
-    found = summary.split_summaries(places, select=Selection())
-    (made,) = builder.tables(found)
-    cross = made.groups[0]
+    summaries = summary.split_summaries(places, select=Selection())
+    (table,) = builder.tables(summaries)
+    cross = table.groups[0]
     assert [row.n for row in cross.rows] == ["20", "20", "8/20", "20"]
     assert [row.label for row in cross.rows] == [row.label for row in only_group(places).rows]
 
@@ -105,11 +105,11 @@ def test_few_clips_mark_nobody_and_tell_how_many_would_do(tmp_path):
     for name in range(11):
         numbers = [1.0 + name + n / 100 for n in range(9)]
         stored(tmp_path, "cross", f"m{name:02}", numbers)
-    found = records.find_results(tmp_path)
-    group = only_group(found)
+    paths = records.find_results(tmp_path)
+    group = only_group(paths)
     assert not any(cell.mark for row in group.rows for cell in row.cells)
-    (said,) = group.below
-    assert said.startswith("cross: 9 clips cannot tell the best method from others (that takes 10)")
+    (note,) = group.below
+    assert note.startswith("cross: 9 clips cannot tell the best method from others (that takes 10)")
     assert group.rows[0].cells[0].value < group.rows[-1].cells[0].value
 
 
@@ -145,8 +145,8 @@ def test_bodies_that_are_left_out_are_told(tmp_path):
 
 @pytest.mark.parametrize("form", ["text", "md", "tex", "html"])
 def test_every_format_says_what_so_few_clips_can_miss(places, form):
-    made = overview(places)
-    drawn = rendering.text(made, notes=True) if form == "text" else rendering.RENDERERS[form](made)
+    tables = overview(places)
+    drawn = rendering.text(tables, notes=True) if form == "text" else rendering.RENDERERS[form](tables)
     assert "20 clips can miss failures on up to 14 % of all clips." in " ".join(drawn.split())
 
 
@@ -156,13 +156,13 @@ def test_floors_are_told_once_for_splits_that_share_a_table(tmp_path):
             place = stored(tmp_path, split, name, [1.0] * 20)
             with_set(place, 1.0, 0.5, 3.0)
     drawn = rendering.latex(overview(records.find_results(tmp_path)))
-    told = [line for line in drawn.splitlines() if line.startswith("% Floor")]
-    assert told == ["% Floor of FID, that of real motion: cross 1.00, self 1.00."]
+    lines = [line for line in drawn.splitlines() if line.startswith("% Floor")]
+    assert lines == ["% Floor of FID, that of real motion: cross 1.00, self 1.00."]
 
 
 def test_all_splits_stand_side_by_side_where_they_fit_and_else_below_each_other(places):
-    made = overview(places)
-    wide, narrow = (rendering.text(made, columns=columns) for columns in (100, 24))
+    tables = overview(places)
+    wide, narrow = (rendering.text(tables, columns=columns) for columns in (100, 24))
     heads = [line.replace("-", " ").split() for line in (*wide.splitlines(), *narrow.splitlines())]
     assert [head for head in heads if head and set(head) <= {"self", "cross"}] == [
         ["cross", "self"], ["cross"], ["self"],
@@ -181,9 +181,9 @@ def test_structures_without_values_of_sets_share_one_note(tmp_path):
         changed(
             place, set_values={"fid.structure": FID}, metrics={"fid_structure": "1+aa"}, date="2026-01-01"
         )
-    found = summary.split_summaries(records.find_results(tmp_path))
-    (made,) = builder.tables(found, with_sets=True)
-    assert [line for line in made.hints if line.startswith("No values")] == [
+    summaries = summary.split_summaries(records.find_results(tmp_path))
+    (table,) = builder.tables(summaries, with_sets=True)
+    assert [line for line in table.hints if line.startswith("No values")] == [
         "No values of sets on bodies of these structures: cross s, cross t, self s, self t. "
         "The first: fid.structure needs more on s."
     ]

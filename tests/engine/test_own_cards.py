@@ -77,8 +77,8 @@ def info(capsys: pytest.CaptureFixture[str], spec: str) -> str:
 
 
 def test_needs_are_those_of_the_parameters(own_card, capsys):
-    asked = registry.create("methods", Spec.parse("own_card[statistics=target]"))
-    assert Inputs.of(asked).needs == ("target_motions",)
+    method = registry.create("methods", Spec.parse("own_card[statistics=target]"))
+    assert Inputs.of(method).needs == ("target_motions",)
     assert Inputs.of(registry.create("methods", "own_card")).needs == ()
     assert "needs (privileged): target_motions" in info(capsys, "own_card[statistics=target]")
     plain = info(capsys, "own_card")
@@ -89,11 +89,11 @@ def test_needs_are_those_of_the_parameters(own_card, capsys):
 def test_validation_gives_what_the_card_needs_and_nothing_else(own_card):
     registry.add_file(TOYS / "toy_walks.py")
     data = registry.create("datasets", "toy_walks")
-    for statistics, given in (("target", {4}), ("source", {None})):
+    for statistics, expected in (("target", {4}), ("source", {None})):
         method = registry.create("methods", Spec.parse(f"own_card[statistics={statistics}]"))
         judge = Validator(data, method, 2, torch.device("cpu"), lambda done, total: None)
         scores = judge(torch.nn.ModuleDict(), method)
-        assert set(method.given) == given
+        assert set(method.given) == expected
         assert np.isfinite(judge.decisive(scores))
 
 

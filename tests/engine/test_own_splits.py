@@ -28,9 +28,9 @@ def bench(tmp_path, capsys):
         folder = "--out" if command == "run" else "--results"
         with pytest.raises(SystemExit) as stop:
             main([command, *map(str, arguments), folder, str(tmp_path / "runs")])
-        said = capsys.readouterr()
-        assert not stop.value.code, said.err
-        return said.out
+        captured = capsys.readouterr()
+        assert not stop.value.code, captured.err
+        return captured.out
 
     return call
 
@@ -61,8 +61,8 @@ def test_tables_explain_them(bench, ran, tmp_path):
 
 
 def test_comparisons_plots_and_reports_have_them(bench, ran, tmp_path):
-    said = bench("compare", "toy_method", "copy_rotations")
-    assert said.index("slow") < said.index("fast")
+    output = bench("compare", "toy_method", "copy_rotations")
+    assert output.index("slow") < output.index("fast")
     bench("plot", "methods", "-o", tmp_path / "methods.svg")
     drawn = (tmp_path / "methods.svg").read_text()
     assert "slow" in drawn
@@ -73,7 +73,7 @@ def test_comparisons_plots_and_reports_have_them(bench, ran, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("command", "told"),
+    ("command", "message"),
     [
         (("run", "toy_method", "-d", "paced"), "paced has no split 'cross'; it has slow and fast"),
         (
@@ -83,6 +83,6 @@ def test_comparisons_plots_and_reports_have_them(bench, ran, tmp_path):
         (("table",), "no case is in the split cross; slow and fast have some"),
     ],
 )
-def test_another_split_is_told_with_those_of_the_data_set(bench, ran, command, told):
-    with pytest.raises(AssertionError, match=told):
+def test_another_split_is_told_with_those_of_the_data_set(bench, ran, command, message):
+    with pytest.raises(AssertionError, match=message):
         bench(*command, "-s", "cross")

@@ -37,20 +37,20 @@ def numbers(values: dict[str, list[float]], pairs: tuple[str, ...] = ("a>b", "b>
 def both(root, first, second, **changes):
     store(root, "intra", "one", numbers(first))
     store(root, "intra", "two", numbers(second), **changes)
-    (found,) = result_matrix.result_matrices(records.find_results(root))
-    return found
+    (matrix,) = result_matrix.result_matrices(records.find_results(root))
+    return matrix
 
 
-def compared(found, values=("mpjpe_h.world", "ratio")):
-    return pairwise.compare(found, selection.find(found, "one"), selection.find(found, "two"), values)
+def compared(matrix, values=("mpjpe_h.world", "ratio")):
+    return pairwise.compare(matrix, selection.find(matrix, "one"), selection.find(matrix, "two"), values)
 
 
 def test_differences_are_taken_per_case_then_per_clip_on_common_cases(tmp_path):
     random = np.random.default_rng(0)
     first, second = random.gamma(2, 1, (2, 2 * CLIPS))
     second[5] = np.nan  # one pair of the third clip
-    found = both(tmp_path, {"mpjpe_h.world": first}, {"mpjpe_h.world": second})
-    (one,) = compared(found).differences
+    matrix = both(tmp_path, {"mpjpe_h.world": first}, {"mpjpe_h.world": second})
+    (one,) = compared(matrix).differences
     clips = [
         [a - b for a, b in zip(first[at : at + 2], second[at : at + 2], strict=True) if not np.isnan(b)]
         for at in range(0, 2 * CLIPS, 2)
@@ -67,8 +67,8 @@ def test_p_values_are_corrected_for_the_values_compared(tmp_path):
     random = np.random.default_rng(1)
     first = {key: random.gamma(2, 1, 2 * CLIPS) for key in ("mpjpe_h.world", "ratio")}
     second = {key: each * random.gamma(20, 1 / 18, 2 * CLIPS) for key, each in first.items()}
-    found = compared(both(tmp_path, first, second))
-    small, large = sorted(found.differences, key=lambda each: each.p)
+    comparison = compared(both(tmp_path, first, second))
+    small, large = sorted(comparison.differences, key=lambda each: each.p)
     per_clip = []
     for each in (small, large):
         worse = [
@@ -83,8 +83,8 @@ def test_p_values_are_corrected_for_the_values_compared(tmp_path):
 
 def test_ratios_are_compared_by_their_factor_from_the_goal(tmp_path):
     below, above = np.full(2 * CLIPS, 0.5), np.full(2 * CLIPS, 1.9)
-    found = both(tmp_path, {"ratio": below}, {"ratio": above})
-    (one,) = compared(found).differences
+    matrix = both(tmp_path, {"ratio": below}, {"ratio": above})
+    (one,) = compared(matrix).differences
     assert (one.first, one.second) == pytest.approx((0.5, 1.9))
     assert one.difference == pytest.approx(np.log(2) - np.log(1.9))
     assert one.verdict == "second"
@@ -104,18 +104,18 @@ def test_ratios_are_compared_by_their_factor_from_the_goal(tmp_path):
     ],
 )
 def test_verdicts(tmp_path, apart, better, verdict):
-    found = both(tmp_path, {"mpjpe_h.world": 10 + apart}, {"mpjpe_h.world": np.full(40, 10.0)})
-    found.values["mpjpe_h.world"] = replace(found.values["mpjpe_h.world"], better=better)
-    (one,) = compared(found).differences
+    matrix = both(tmp_path, {"mpjpe_h.world": 10 + apart}, {"mpjpe_h.world": np.full(40, 10.0)})
+    matrix.values["mpjpe_h.world"] = replace(matrix.values["mpjpe_h.world"], better=better)
+    (one,) = compared(matrix).differences
     assert one.verdict == verdict
-    assert verdict == "open" or pairwise_text.verdict(compared(found), one) != "not significant"
+    assert verdict == "open" or pairwise_text.verdict(compared(matrix), one) != "not significant"
 
 
 def test_a_handful_of_clips_never_gives_a_verdict(tmp_path):
     for name, size in (("one", 1.0), ("two", 2.0)):
         store(tmp_path, "intra", name, [("a>b", f"c{n}", {"mpjpe_h.world": size + n}) for n in range(5)])
-    (found,) = result_matrix.result_matrices(records.find_results(tmp_path))
-    (one,) = compared(found).differences
+    (matrix,) = result_matrix.result_matrices(records.find_results(tmp_path))
+    (one,) = compared(matrix).differences
     assert (one.verdict, one.interval, one.p) == ("few", None, 2 / 2**5)
     assert (one.won, one.clips_needed) == ((5, 0), 10)
 
@@ -126,44 +126,44 @@ def few_clips(root, clips, values):
         store(
             root, "intra", name, [("a>b", f"c{n}", dict.fromkeys(values, size + n)) for n in range(clips)]
         )
-    (found,) = result_matrix.result_matrices(records.find_results(root))
-    return compared(found, values)
+    (matrix,) = result_matrix.result_matrices(records.find_results(root))
+    return compared(matrix, values)
 
 
 @pytest.mark.parametrize("clips", [9, 10])
 def test_too_few_clips_are_told_with_how_many_it_takes(tmp_path, clips):
-    found = few_clips(tmp_path, clips, ("mpjpe_h.world",))
-    shown = pairwise_text.text([found])
+    comparison = few_clips(tmp_path, clips, ("mpjpe_h.world",))
+    shown = pairwise_text.text([comparison])
     assert ("too few clips, needs 10" in shown) == (clips == 9)
     assert ("one better on such clips" in shown) == (clips == 10)
 
 
 def test_from_74_clips_on_a_verdict_has_no_reserve(tmp_path):
     for clips, words in ((73, "one better on such clips"), (74, "one better")):
-        found = few_clips(tmp_path / str(clips), clips, ("mpjpe_h.world",))
-        assert pairwise_text.verdict(found, found.differences[0]) == words
-        assert ("can miss failures on up to 4 %" in pairwise_text.text([found])) == (clips == 73)
+        comparison = few_clips(tmp_path / str(clips), clips, ("mpjpe_h.world",))
+        assert pairwise_text.verdict(comparison, comparison.differences[0]) == words
+        assert ("can miss failures on up to 4 %" in pairwise_text.text([comparison])) == (clips == 73)
 
 
 def test_an_open_verdict_says_about_how_many_clips_would_close_it(tmp_path):
     random = np.random.default_rng(5)
     first = random.gamma(2, 1, 2 * CLIPS)
     second = first * random.gamma(20, 1 / 19, 2 * CLIPS)
-    found = compared(both(tmp_path, {"mpjpe_h.world": first}, {"mpjpe_h.world": second}))
-    (one,) = found.differences
+    comparison = compared(both(tmp_path, {"mpjpe_h.world": first}, {"mpjpe_h.world": second}))
+    (one,) = comparison.differences
     assert one.verdict == "open"
     assert one.clips_needed == statistics.clips_for_power(one.p, one.adjusted, CLIPS) > CLIPS
-    row = next(line for line in pairwise_text.text([found]).splitlines() if "world ↓" in line)
+    row = next(line for line in pairwise_text.text([comparison]).splitlines() if "world ↓" in line)
     (shown,) = re.findall(r"not significant \(about (\d+) clips\)$", row)
     assert int(shown) == pytest.approx(one.clips_needed, rel=0.05)
 
 
 def test_clips_won_follow_the_direction_of_the_value(tmp_path):
     apart = np.repeat([-1.0] * 14 + [1.0] * 5 + [0.0], 2)
-    found = both(tmp_path, {"mpjpe_h.world": 10 + apart}, {"mpjpe_h.world": np.full(40, 10.0)})
+    matrix = both(tmp_path, {"mpjpe_h.world": 10 + apart}, {"mpjpe_h.world": np.full(40, 10.0)})
     for better, won in (("lower", (14, 5)), ("higher", (5, 14)), ("none", (5, 14)), ("target", (14, 5))):
-        found.values["mpjpe_h.world"] = replace(found.values["mpjpe_h.world"], better=better, goal=1.0)
-        (one,) = compared(found).differences
+        matrix.values["mpjpe_h.world"] = replace(matrix.values["mpjpe_h.world"], better=better, goal=1.0)
+        (one,) = compared(matrix).differences
         assert one.won == won
 
 
@@ -180,11 +180,11 @@ def runs(tmp_path):
 
 
 def bench(*words) -> str:
-    done = CliRunner().invoke(group, ["compare", *map(str, words)], standalone_mode=False)
-    if isinstance(done.exception, BenchError):
-        raise done.exception
-    assert done.exception is None, done.exception
-    return done.output
+    result = CliRunner().invoke(group, ["compare", *map(str, words)], standalone_mode=False)
+    if isinstance(result.exception, BenchError):
+        raise result.exception
+    assert result.exception is None, result.exception
+    return result.output
 
 
 def test_text_says_who_is_better_and_by_how_much(runs, monkeypatch):
@@ -254,7 +254,7 @@ def test_python_pools_self_pairs_as_the_command_does(tmp_path):
             "no result has a value 'mpjpe'; the nearest are mpjpe_h.world",
         ),
         (["one", "two", "--columns", "curve"], "is a curve with a number per threshold"),
-        (["one", "two", "--columns", ","], "name at least one value"),
+        (["one", "two", "--columns", ","], "columns: ',' names nothing"),
         (["one", "two", "-s", "cross"], "no case in common|no results"),
         (["one", "two", "--results", "nowhere"], "no results in nowhere"),
         (["one", "two", "-d", "nothing"], "no results of nothing in"),
@@ -274,8 +274,8 @@ def test_text_is_no_wider_than_asked_and_has_all_numbers(tmp_path, width):
     name = "copied[root_rule=reference,heading=source]"
     store(tmp_path, "intra", "one", numbers(values))
     store(tmp_path, "intra", "two", numbers({key: 3 * each for key, each in values.items()}), label=name)
-    (found,) = result_matrix.result_matrices(records.find_results(tmp_path))
-    both = pairwise.compare(found, *found.rows, ["mpjpe_h.world", "ratio"])
+    (matrix,) = result_matrix.result_matrices(records.find_results(tmp_path))
+    both = pairwise.compare(matrix, *matrix.rows, ["mpjpe_h.world", "ratio"])
     shown = pairwise_text.text([both], width)
     assert max(map(len, shown.splitlines())) <= width
     assert "world ↓" in shown
@@ -295,9 +295,9 @@ def test_values_left_out_are_named_with_the_reason(tmp_path):
         needs = VALUES | {"ratio": VALUES["ratio"] | {"needs": ["rotations"]}}
         changed(place, set_values={"fid": fid}, values=needs)
     matrices = result_matrix.result_matrices(records.find_results(tmp_path))
-    (found,) = comparing.compare(matrices, "one", "two", ["mpjpe_h.world", "ratio", "FID"])
-    assert [each.value for each in found.differences] == ["mpjpe_h.world"]
-    (note,) = [note for note in found.notes if note.startswith("not compared: ")]
+    (comparison,) = comparing.compare(matrices, "one", "two", ["mpjpe_h.world", "ratio", "FID"])
+    assert [each.value for each in comparison.differences] == ["mpjpe_h.world"]
+    (note,) = [note for note in comparison.notes if note.startswith("not compared: ")]
     assert "ratio (two: needs rotations)" in note
     assert "FID (computed of all answers to bodies of one group" in note
     (usual,) = comparing.compare(matrices, "one", "two")
@@ -317,8 +317,8 @@ def of_sets(root, tenths, **changes):
             place, [replace(value, **({"without": tuple(without)} | changes.get(name, {}))), one_body]
         )
         changed(place, set_values={"fid": fid, "kid": fid | {"label": "KID"}})
-    (found,) = result_matrix.result_matrices(records.find_results(root))
-    return replace(found, bodies="people")
+    (matrix,) = result_matrix.result_matrices(records.find_results(root))
+    return replace(matrix, bodies="people")
 
 
 def test_values_of_sets_are_compared_by_the_paired_jackknife(tmp_path):
@@ -328,8 +328,8 @@ def test_values_of_sets_are_compared_by_the_paired_jackknife(tmp_path):
     matrix = of_sets(
         tmp_path, {"one": 5 + shared, "two": 5.1 + shared + own[1], "three": 7.0 + shared + own[2]}
     )
-    (found,) = comparing.compare([matrix], "one", "two", ["fid"])
-    (fid,) = found.differences
+    (comparison,) = comparing.compare([matrix], "one", "two", ["fid"])
+    (fid,) = comparison.differences
     apart = 0.1 + own[1]
     error = 3 * np.std(apart)  # the jackknife's: sqrt(9/10 of the sum of squares)
     assert fid.difference == pytest.approx(-apart.mean(), rel=1e-6)
@@ -338,20 +338,20 @@ def test_values_of_sets_are_compared_by_the_paired_jackknife(tmp_path):
     assert (fid.verdict, fid.cases, fid.clips) == ("first", 90, CLIPS)
     ranking = comparing.table_rankings(matrix)["fid"]
     assert fid.adjusted == ranking.p["two"]
-    (found,) = comparing.compare([matrix], "two", "three", ["fid", "kid"])
-    fid, kid = found.differences
+    (comparison,) = comparing.compare([matrix], "two", "three", ["fid", "kid"])
+    fid, kid = comparison.differences
     assert (fid.facts.label, kid.facts.label) == ("FID", "KID, body22")
     assert fid.adjusted == kid.adjusted == statistics.step_down(fid.apart[None])[0]
-    assert "by the paired jackknife" in " ".join(pairwise_text.text([found]).split())
+    assert "by the paired jackknife" in " ".join(pairwise_text.text([comparison]).split())
 
 
 @pytest.mark.parametrize("other", [{"real": "x"}, {"network": "x"}, {"without": ()}])
 def test_values_of_other_sets_are_not_compared(tmp_path, other):
     tenths = {name: np.arange(10.0) for name in ("one", "two")}
     matrix = of_sets(tmp_path, tenths, two=other)
-    (found,) = comparing.compare([matrix], "one", "two", ["mpjpe_h.world", "fid"])
-    assert [each.value for each in found.differences] == ["mpjpe_h.world"]
-    assert "not compared: FID (needs an interval of both, over the same windows)" in found.notes
+    (comparison,) = comparing.compare([matrix], "one", "two", ["mpjpe_h.world", "fid"])
+    assert [each.value for each in comparison.differences] == ["mpjpe_h.world"]
+    assert "not compared: FID (needs an interval of both, over the same windows)" in comparison.notes
 
 
 def test_different_data_are_never_compared(runs):

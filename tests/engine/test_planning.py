@@ -26,8 +26,8 @@ plugin = Clash
 def test_a_plain_run_has_the_variants_that_a_card_names() -> None:
     specs = [str(spec) for spec in plans.default_methods("retarget", pytest.fail)]
     assert len(specs) == len(set(specs))
-    for wanted in ("", "[root_rule=none]", "[root_rule=reference]"):
-        assert f"copy_rotations{wanted}" in specs
+    for suffix in ("", "[root_rule=none]", "[root_rule=reference]"):
+        assert f"copy_rotations{suffix}" in specs
 
 
 def test_a_metric_that_takes_anothers_value_id_is_left_out(
@@ -36,8 +36,8 @@ def test_a_metric_that_takes_anothers_value_id_is_left_out(
     monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
     (tmp_path / "clash.py").write_text(CLASHING)
     registry.add_file(tmp_path / "clash.py")
-    told: list[str] = []
-    kept = plans.default_metrics("retarget", told.append)
-    assert "clash" not in kept
-    assert "position" in kept
-    assert "both declare 'mpjpe_h.world'" in "".join(told)
+    messages: list[str] = []
+    metrics = plans.default_metrics("retarget", messages.append)
+    assert "clash" not in metrics
+    assert "position" in metrics
+    assert "both declare 'mpjpe_h.world'" in "".join(messages)

@@ -55,7 +55,7 @@ Numbers = dict[str, dict[tuple[str, str, int], CaseResult]]
 def stored(root: Path) -> Numbers:
     """Three methods with names that mean something to TeX or HTML, of three bodies; and their numbers."""
     rng = np.random.default_rng(11)
-    found: Numbers = {}
+    numbers: Numbers = {}
     pairs = [(a, b) for a in BODIES for b in BODIES if a != b]
     for shift, label in enumerate(HOSTILE):
         entries, infos = {}, []
@@ -76,12 +76,12 @@ def stored(root: Path) -> Numbers:
         place = ResultPaths(root, "data", "retarget", "cross", f"method{shift}")
         plain = asdict(header(label, list(entries.values()), "cross")) | {"values": VALUES}
         plain["dataset"] |= {"label": "50% of {data}_$x", "name": "no_such_data"}
-        told = parsed(plain)
-        store.write_results(place, told, list(entries.values()), infos)
+        described = parsed(plain)
+        store.write_results(place, described, list(entries.values()), infos)
         timing.write(place, [timing.Time("c", round(FPS[label]), 1.0, 0.0)])
-        found[label] = entries
+        numbers[label] = entries
     metadata(place, structure={body: STRUCTURES[body] for body in BODIES})
-    return found
+    return numbers
 
 
 @pytest.fixture(scope="module")
@@ -93,14 +93,14 @@ def results(tmp_path_factory) -> tuple[Path, Numbers]:
 @pytest.fixture
 def plotted(results, tmp_path, monkeypatch) -> Callable[..., Figure]:
     """Draws a kind by the command, and gives the figure."""
-    made: list[Figure] = []
-    monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (made.append(self), path.touch()))
+    figures: list[Figure] = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (figures.append(self), path.touch()))
 
     def plot(kind: str, *more: str) -> Figure:
         with pytest.raises(SystemExit) as stop:
             cli.main(["plot", kind, "-r", str(results[0]), "-o", str(tmp_path / "out.svg"), *more])
         assert not stop.value.code
-        return made[-1]
+        return figures[-1]
 
     return plot
 
@@ -136,10 +136,10 @@ def test_pairs_are_a_map_per_method_on_one_scale(plotted, results):
                 if source == target:
                     assert np.isnan(drawn)
                     continue
-                wanted = mean(
+                expected = mean(
                     entries, "mpjpe_h.world", keep=lambda s, t, _, pair=(source, target): (s, t) == pair
                 )
-                assert drawn == pytest.approx(wanted, rel=1e-8)
+                assert drawn == pytest.approx(expected, rel=1e-8)
         assert axes.get_title() == canvas.drawable(label)
         assert [text.get_text() for text in axes.get_xticklabels()] == names
     assert len({image.get_clim() for axes in maps for image in axes.get_images()}) == 1
@@ -164,19 +164,19 @@ def test_people_are_drawn_unless_other_bodies_are_asked_for(tmp_path, monkeypatc
     for method in ("one", "two"):
         place = stored_rows(tmp_path, "cross", method, numbers)
     metadata(place, legs={"ann": "2", "bob": "2", "rex": "4"})
-    made: list[Figure] = []
-    monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (made.append(self), path.touch()))
+    figures: list[Figure] = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (figures.append(self), path.touch()))
     with pytest.raises(SystemExit) as stop:
         cli.main(["plot", *kind, "-r", str(tmp_path), "-o", str(tmp_path / "out.svg")])
     assert not stop.value.code
-    axes = made[0].axes[0]
+    axes = figures[0].axes[0]
     if isinstance(shown, set):
         ticks = (*axes.get_xticklabels(), *axes.get_yticklabels())
         assert {text.get_text() for text in ticks} == shown
     else:
         assert lines(axes)[0].get_xdata()[0] == pytest.approx(shown)
-    named = kind[-1] if len(kind) > 1 else "people"
-    assert made[0].get_suptitle().startswith("data: " if named == "all" else f"data: {named}:")
+    bodies = kind[-1] if len(kind) > 1 else "people"
+    assert figures[0].get_suptitle().startswith("data: " if bodies == "all" else f"data: {bodies}:")
 
 
 def test_many_bodies_are_taken_together_by_structure(plotted, results, monkeypatch):
@@ -191,11 +191,11 @@ def test_many_bodies_are_taken_together_by_structure(plotted, results, monkeypat
 
 def test_ties_show_the_order_and_nobody_joined_who_is_told_apart(plotted, results):
     axes = plotted("methods").axes[0]
-    wanted = sorted((mean(entries, "mpjpe_h.world"), label) for label, entries in results[1].items())
+    expected = sorted((mean(entries, "mpjpe_h.world"), label) for label, entries in results[1].items())
     assert [text.get_text() for text in axes.get_yticklabels()] == [
-        canvas.drawable(label) for _, label in wanted
+        canvas.drawable(label) for _, label in expected
     ]
-    assert [line.get_xdata()[0] for line in lines(axes)] == pytest.approx([value for value, _ in wanted])
+    assert [line.get_xdata()[0] for line in lines(axes)] == pytest.approx([value for value, _ in expected])
     assert len(axes.lines) == 3
 
 
@@ -225,8 +225,8 @@ def test_kinds_stand_with_the_farthest_off_at_the_top(results):
     assert chart.rows == ("$\\sit$", "run", "walk")
     for label, entries in results[1].items():
         for at, (kind, mark) in enumerate(zip(chart.rows, chart.marks[label], strict=True)):
-            wanted = mean(entries, "mpjpe_h.world", keep=lambda s, t, c, k=kind: KINDS[c % 3] == k)
-            assert mark.mean.value == pytest.approx(wanted)
+            expected = mean(entries, "mpjpe_h.world", keep=lambda s, t, c, k=kind: KINDS[c % 3] == k)
+            assert mark.mean.value == pytest.approx(expected)
             assert mark.at == at
 
 
@@ -234,30 +234,30 @@ def test_growth_is_a_line_over_seconds(plotted, results):
     axes = plotted("growth").axes[0]
     for line, entries in zip(axes.lines, results[1].values(), strict=True):
         assert list(line.get_xdata()) == [1, 2, 3]
-        wanted = [mean(entries, "growth.world", str(second)) for second in (1, 2, 3)]
-        assert line.get_ydata() == pytest.approx(wanted)
+        expected = [mean(entries, "growth.world", str(second)) for second in (1, 2, 3)]
+        assert line.get_ydata() == pytest.approx(expected)
 
 
 # ------------------------------------------------------------------------------------------------- joints
 def test_skeletons_are_coloured_by_the_errors_of_their_joints(results, tmp_path, monkeypatch):
-    made: list[Figure] = []
+    figures: list[Figure] = []
     monkeypatch.setattr(
-        Figure, "savefig", lambda self, path, **_: (made.append(self), path.write_bytes(b"x"))
+        Figure, "savefig", lambda self, path, **_: (figures.append(self), path.write_bytes(b"x"))
     )
     tree = Skeleton(("Hips", "Head"), np.array([-1, 0]), np.array([[0.0, 1.0, 0.0], [0.1, 0.6, 0.0]]))
     bodies = {name: Character.of(name, tree) for name in ("ann", "bob")}
     (one,) = panel.result_matrices(store.find_results(results[0]))
     data = body_charts.skeletons([one], "mpjpe_h.joint", bodies, "s17")
     drawing.draw(tmp_path / "a.png", data)
-    drawn = [axes for axes in made[0].axes if axes.get_title()]
+    drawn = [axes for axes in figures[0].axes if axes.get_title()]
     for axes, (label, entries) in zip(drawn, results[1].items(), strict=True):
         assert axes.get_title() == canvas.drawable(label)
         (bones, dots) = axes.collections
         ends = bones.get_segments()[0]
         assert ends[1] - ends[0] == pytest.approx([0.1, 0.6])
         keep = lambda s, t, _: t in ("ann", "bob")  # noqa: E731
-        wanted = sorted(mean(entries, "mpjpe_h.joint", joint, keep) for joint in ("Hips", "Head"))
-        assert dots.get_array().tolist() == pytest.approx(wanted)
+        expected = sorted(mean(entries, "mpjpe_h.joint", joint, keep) for joint in ("Hips", "Head"))
+        assert dots.get_array().tolist() == pytest.approx(expected)
         assert dots.get_sizes()[0] < dots.get_sizes()[1]
 
 
@@ -296,8 +296,8 @@ def about(**controls: bool) -> dict[str, ResultHeader]:
 
 
 def test_what_is_far_worse_stands_outside_with_its_number(tmp_path, monkeypatch):
-    made: list[Figure] = []
-    monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (made.append(self), path.touch()))
+    figures: list[Figure] = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (figures.append(self), path.touch()))
     means = {"a": [Mean(2.0, 9, 9)], "b": [Mean(3.0, 9, 9)], "still": [Mean(291.4, 9, 9)]}
     headers = about(a=False, b=False, still=True)
     low, end, cut = limits(means, headers, LOWER)
@@ -307,10 +307,10 @@ def test_what_is_far_worse_stands_outside_with_its_number(tmp_path, monkeypatch)
     assert chart.far == [marks["still"][0]]
     data = FigureData("kinds", "data", "by kind", headers, (chart,))
     drawing.draw(tmp_path / "a.png", data)
-    (panel,) = made[0].axes
+    (panel,) = figures[0].axes
     assert panel.get_xlim()[1] == end
     assert [text.get_text() for text in panel.texts] == ["291"]
-    assert canvas.BEYOND in made[0].get_suptitle()
+    assert canvas.BEYOND in figures[0].get_suptitle()
 
 
 @pytest.mark.parametrize(
@@ -335,11 +335,11 @@ def test_intervals_of_what_stands_within_lengthen_an_axis_up_to_twice():
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "shown"),
     [("_x", "\u200a_x"), ("a\nb\x00", "a b"), ("", "(no name)"), ("\ud800", "?"), ("é 日本", "é 日本")],
 )
-def test_names_are_one_line_that_legends_show(name, told):
-    assert canvas.drawable(name) == told
+def test_names_are_one_line_that_legends_show(name, shown):
+    assert canvas.drawable(name) == shown
     assert len(canvas.drawable("x" * 500)) <= canvas.LONGEST
 
 
@@ -351,6 +351,9 @@ def test_names_are_one_line_that_legends_show(name, told):
             "no result has mpjpe_h.word as one number per case",
         ),
         (["growth", "-o", "a.png", "--columns", "mpjpe_h.world"], "such as growth.world"),
+        (["recall", "-o", "a.png", "--columns", "mpjpe_h.world"], "recall is drawn over speeds, or over"),
+        (["levels", "-o", "a.png", "--columns", "mpjpe_h.world"], "--columns is for bench plot methods,"),
+        (["methods", "-o", "a.png", "--at", "1"], "--at is for bench plot attention, and not for methods"),
         (["pairs", "-o", "a.jpg"], "pictures are written as .png, .pdf, .svg"),
         (
             ["methods", "-o", "a.png", "-s", "self"],

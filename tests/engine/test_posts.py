@@ -38,11 +38,11 @@ def _toys():
 
 def roots(results: store.Results) -> dict[str, np.ndarray]:
     """Case -> the predicted root path, in single precision."""
-    found = {}
+    by_case = {}
     for entry in results.entries:
         with np.load(results.paths.prediction(entry.case)) as file:
-            found[entry.case] = file["root"]
-    return found
+            by_case[entry.case] = file["root"]
+    return by_case
 
 
 # ----------------------------------------------------------------------------------------- what is done
@@ -138,12 +138,12 @@ def test_keys_differ_with_the_post_processes_and_not_without(tmp_path):
         "toy_method+toy_post+toy_post",
         "toy_method+toy_post[by=1.0,does=lift]",
     )
-    found = [plans.evaluation_units(asked(tmp_path, text))[0] for text in texts]
-    keys = [cell.keys["prediction_key"] for cell in found]
+    units = [plans.evaluation_units(asked(tmp_path, text))[0] for text in texts]
+    keys = [cell.keys["prediction_key"] for cell in units]
     assert len(set(keys)) == 4
     assert keys[2] == keys[4]
-    assert found[2].paths == found[4].paths
-    assert "posts" not in found[0].prediction_facts
+    assert units[2].paths == units[4].paths
+    assert "posts" not in units[0].prediction_facts
 
 
 # ------------------------------------------------------------------------------------------------ faults

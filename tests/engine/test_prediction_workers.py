@@ -36,9 +36,9 @@ def _plugins():
 
 @pytest.fixture
 def pool(tmp_path):
-    found = WorkerPool(tmp_path / "workers", tmp_path, registry.files(), Limits(timeout=10.0))
-    yield found
-    found.close()
+    workers = WorkerPool(tmp_path / "workers", tmp_path, registry.files(), Limits(timeout=10.0))
+    yield workers
+    workers.close()
 
 
 @pytest.fixture(scope="module")
@@ -124,13 +124,13 @@ def test_training_motion_arrives_as_it_was(tmp_path):
         st.none() | st.integers() | st.text(), lambda x: st.lists(x) | st.dictionaries(st.text(), x)
     )
 )
-def test_lines_arrive_as_they_were(said):
+def test_lines_arrive_as_they_were(message):
     reading, writing = os.pipe()
     channel = Channel(reading, writing)
     try:
-        channel.send({"said": said})
+        channel.send({"said": message})
         channel.send({"next": 1})
-        assert channel.receive(1.0) == {"said": said}
+        assert channel.receive(1.0) == {"said": message}
         assert channel.receive(1.0) == {"next": 1}
         assert channel.receive(0.0) is None
     finally:
@@ -151,11 +151,11 @@ def test_a_line_that_is_cut_is_no_line():
 # ------------------------------------------------------------------------------------------ what comes back
 @pytest.mark.parametrize("name", ["copy_rotations", "toy_method[does=noise]", "toy_method[does=positions]"])
 def test_an_answer_is_that_of_the_method_here(pool, case, name):
-    (found,) = pool.worker(Spec.parse(name)).ask([asked(case)])
+    (reply,) = pool.worker(Spec.parse(name)).ask([asked(case)])
     here = predict(registry.create("methods", name), *asked(case)).prediction
     for array in here.arrays:
-        assert np.array_equal(getattr(found.prediction, array), getattr(here, array).astype(np.float32))
-    assert found.prediction.character is case.target
+        assert np.array_equal(getattr(reply.prediction, array), getattr(here, array).astype(np.float32))
+    assert reply.prediction.character is case.target
 
 
 def test_privileged_motions_are_handed_over_when_they_are_looked_at(pool, case):
@@ -192,9 +192,9 @@ def test_whatever_else_comes_is_a_status(pool, case, tmp_path, does, status, wor
     secret = tmp_path / "secret.npz"
     np.savez(secret, rotations=case.reference.rotations, root=case.reference.root, fps=30.0)
     worker = pool.worker(Spec("impostor", {"does": does, "note": str(secret)}))
-    (found,) = worker.ask([asked(case)])
-    assert (found.status, found.prediction) == (status, None)
-    assert words in found.message
+    (reply,) = worker.ask([asked(case)])
+    assert (reply.status, reply.prediction) == (status, None)
+    assert words in reply.message
     assert secret.exists()
 
 
@@ -241,10 +241,10 @@ def test_what_a_hanging_method_prints_is_kept_up_to_a_limit(tmp_path, case):
 
 def test_a_method_that_removes_the_folder_of_its_questions_harms_itself(pool, case):
     worker = pool.worker(Spec("impostor", {"does": "no_folder"}))
-    found = [worker.ask([asked(case)])[0] for _ in range(4)]
-    assert {each.status for each in found} == {"failed"}
-    assert "RuntimeError: gone" in found[0].message
-    assert all("gone" in each.message or "was changed" in each.message for each in found)
+    replies = [worker.ask([asked(case)])[0] for _ in range(4)]
+    assert {each.status for each in replies} == {"failed"}
+    assert "RuntimeError: gone" in replies[0].message
+    assert all("gone" in each.message or "was changed" in each.message for each in replies)
     assert pool.worker(Spec("copy_rotations")).ask([asked(case)])[0].status == "ok"
 
 
@@ -318,9 +318,9 @@ def test_what_a_data_set_cannot_give_is_unsupported(pool, case):
         def __getitem__(self, index):
             raise NotSupported("needs reference motions, and this data set has none")
 
-    given = replace(asked(case)[1], other_clips=Nothing())
-    (found,) = pool.worker(Spec("other_clip")).ask([(case, given)])
-    assert (found.status, found.message) == (
+    context = replace(asked(case)[1], other_clips=Nothing())
+    (reply,) = pool.worker(Spec("other_clip")).ask([(case, context)])
+    assert (reply.status, reply.message) == (
         "unsupported",
         "needs reference motions, and this data set has none",
     )
@@ -346,5 +346,5 @@ def test_a_method_is_not_told_which_case_it_is_asked(pool, case, tmp_path, monke
     registry.add_file(spy)
     pool.plugins = registry.files()
     info = CaseInfo("toy/tall>small/clip 0", "retarget", "intra", "tall", "small", "clip 0")
-    (found,) = pool.worker(Spec("spy")).ask([asked(replace(case, info=info))])
-    assert found.message.startswith("RuntimeError: False")
+    (reply,) = pool.worker(Spec("spy")).ask([asked(replace(case, info=info))])
+    assert reply.message.startswith("RuntimeError: False")

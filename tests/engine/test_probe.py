@@ -170,8 +170,8 @@ def off(method, subjects: list[Case]) -> set[str]:
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
 def test_each_fault_is_seen_by_its_probes(fault, subjects: list[Case]) -> None:
-    found = off(fault(), subjects)
-    assert FAULTS[fault] <= found
+    findings = off(fault(), subjects)
+    assert FAULTS[fault] <= findings
 
 
 @pytest.mark.parametrize("fault", [RootAsItIs, RightHanded, Late, InMetres])
@@ -194,8 +194,10 @@ def test_sound_methods_pass(name: str, subjects: list[Case], groups: list[list[C
 
 def test_a_blind_method_is_told(groups: list[list[Case]]) -> None:
     replies = ask(Blind(), "blind", [], groups)
-    (said,) = [sentence for sentence in report.findings("blind", replies) if "hardly depends" in sentence]
-    assert "shuffled 0.00" in said
+    (finding,) = [
+        sentence for sentence in report.findings("blind", replies) if "hardly depends" in sentence
+    ]
+    assert "shuffled 0.00" in finding
 
 
 # ------------------------------------------------------------------------------------- dependence by hand
@@ -232,9 +234,9 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
 
 def test_rows_lie_beside_other_results(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = ("--out", str(tmp_path), "--limit", "4", "-s", "intra")
-    code, said = run(capsys, "copy_rotations[root_rule=none]", "copy_rotations", *out)
+    code, output = run(capsys, "copy_rotations[root_rule=none]", "copy_rotations", *out)
     assert code == 1
-    assert "copy_rotations[root_rule=none]: source_scale: off by" in said
+    assert "copy_rotations[root_rule=none]: source_scale: off by" in output
     places = store.find_results(tmp_path, "probe")
     assert {(place.task, place.split) for place in places} == {("probe", "intra")}
     assert store.find_results(tmp_path) == []
@@ -265,26 +267,26 @@ def test_probes_have_a_table_of_their_own(tmp_path: Path, capsys: pytest.Capture
     where = ("-s", "intra", "--out", both, "-d", TOY_CASES)
     assert bench(capsys, "run", "bone_directions", "rest_pose", *where)[0] == 0
     for words in ((), ("--all",), ("--by", "kind")):
-        code, said = bench(capsys, "table", "-r", both, *words)
+        code, output = bench(capsys, "table", "-r", both, *words)
         assert code == 0
-        assert "probe" not in said
+        assert "probe" not in output
     for words in ((), ("--all",)):
-        code, said = bench(capsys, "table", "-r", both, "--task", "probe", *words, "-f", "csv")
-        heading, *rows = csv.reader(io.StringIO(said))
+        code, output = bench(capsys, "table", "-r", both, "--task", "probe", *words, "-f", "csv")
+        heading, *rows = csv.reader(io.StringIO(output))
         assert (code, len(rows)) == (0, 2)
         ids = [name for name in heading if "." in name and ":" not in name]
         filled = [name for name, number in zip(heading, rows[0], strict=True) if name in ids and number]
         assert filled == ["probe.turned", "probe.mirrored", "probe.correlation", "probe.shuffled"]
         assert [name for name in ids if not name.startswith("probe.")] == []
-    code, said = bench(capsys, "compare", "bone_directions", "rest_pose", "--results", both)
-    assert (code, "probe" in said) == (0, False)
+    code, output = bench(capsys, "compare", "bone_directions", "rest_pose", "--results", both)
+    assert (code, "probe" in output) == (0, False)
     for command in (
         ("table", "-r", probed),
         ("compare", "ik", "rest_pose", "--results", probed),
         ("table", "--protocols", "-r", probed),
     ):
-        code, said = bench(capsys, *command)
-        assert (code, "no results" in said) == (2, True), said
+        code, output = bench(capsys, *command)
+        assert (code, "no results" in output) == (2, True), output
     assert (
         bench(capsys, "table", "-r", tmp_path / "x", "--task", "probe")[1].count("--probes makes some") == 1
     )
@@ -292,10 +294,10 @@ def test_probes_have_a_table_of_their_own(tmp_path: Path, capsys: pytest.Capture
 
 def test_what_cannot_be_asked_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = ("--out", str(tmp_path))
-    code, said = run(capsys, "reference", *out)
-    assert (code, "given reference" in said) == (2, True)
-    code, said = bench(capsys, "test", "ik", "--probes", "sorce_names", *out)
-    assert (code, "there are source_names" in said) == (2, True)
+    code, output = run(capsys, "reference", *out)
+    assert (code, "given reference" in output) == (2, True)
+    code, output = bench(capsys, "test", "ik", "--probes", "sorce_names", *out)
+    assert (code, "there are source_names" in output) == (2, True)
     assert not list(tmp_path.iterdir())
 
 
@@ -310,7 +312,8 @@ def test_methods_that_fail_are_told_and_cost_no_other(subjects: list[Case]) -> N
     failed = {reply.probe for reply in replies if reply.status == "failed"}
     assert failed == {"rate_24", "rate_60", "rate_120"}
     assert any(
-        "rate_24 could not be answered in 2 of 2" in said for said in report.findings("picky", replies)
+        "rate_24 could not be answered in 2 of 2" in sentence
+        for sentence in report.findings("picky", replies)
     )
     with pytest.raises(BenchError, match="only methods that see source and target alone"):
         ask(create("methods", Spec.parse("reference")), "reference", subjects)
@@ -329,10 +332,10 @@ def test_what_a_method_declares_it_cannot_do_is_no_fault(subjects: list[Case]) -
     refused = [reply for reply in replies if reply.status == "unsupported"]
     assert 0 < len(refused) < len(subjects)
     assert report.findings("choosy", replies) == []
-    (said,) = report.refusals("choosy", replies)
-    assert said == f"choosy: does not answer {len(refused)} of {len(subjects)} cases: only tall targets"
-    (said,) = report.findings("nothing", ask(Nothing(), "nothing", subjects))
-    assert "no question was answered" in said
+    (sentence,) = report.refusals("choosy", replies)
+    assert sentence == f"choosy: does not answer {len(refused)} of {len(subjects)} cases: only tall targets"
+    (sentence,) = report.findings("nothing", ask(Nothing(), "nothing", subjects))
+    assert "no question was answered" in sentence
 
 
 def test_cases_are_spread_evenly() -> None:
@@ -343,6 +346,6 @@ def test_cases_are_spread_evenly() -> None:
 
 def test_a_question_at_another_rate_is_asked_at_thirty(subjects: list[Case]) -> None:
     motion = subjects[0].source.resample(60.0)
-    asked = plain(replace(subjects[0], source=motion))
-    assert isinstance(asked, Case)
-    assert asked.source.fps == 30.0
+    question = plain(replace(subjects[0], source=motion))
+    assert isinstance(question, Case)
+    assert question.source.fps == 30.0

@@ -53,17 +53,17 @@ def replies(subjects: list[Case]) -> list[Reply]:
 def test_what_is_refused_is_kept_apart_from_what_breaks(replies: list[Reply]) -> None:
     by_case = {reply.info.id: [r for r in replies if r.info.id == reply.info.id] for reply in replies}
     assert by_case
-    for mine in by_case.values():
-        assert {r.probe: r.message for r in mine if r.status == "unsupported"} == REFUSED
-        (failed,) = (r for r in mine if r.status == "failed")
+    for of_case in by_case.values():
+        assert {r.probe: r.message for r in of_case if r.status == "unsupported"} == REFUSED
+        (failed,) = (r for r in of_case if r.status == "failed")
         assert failed.probe == "rate_60"
         assert MANY in failed.message
 
 
 def test_refusals_are_told_with_their_reason_and_are_no_finding(replies: list[Reply]) -> None:
     number = len({reply.info.id for reply in replies})
-    (said,) = report.findings("counting", replies)
-    assert f"rate_60 could not be answered in {number} of {number} cases" in said
+    (finding,) = report.findings("counting", replies)
+    assert f"rate_60 could not be answered in {number} of {number} cases" in finding
     assert report.refusals("counting", replies) == [
         f"counting: {name} is not applicable to {number} of {number} cases: {reason}"
         for name, reason in REFUSED.items()
@@ -74,18 +74,18 @@ def test_in_the_table_a_refused_question_is_no_number_and_says_why(
     subjects: list[Case], tmp_path: Path
 ) -> None:
     some = [probe for probe in PROBES if probe.id in ("turned", "source_merged")]
-    asked = ask(Counting(), "counting", subjects, probes=some)
-    places = report.store(Spec("rest_pose"), Spec("puppets"), asked, tmp_path)
+    answers = ask(Counting(), "counting", subjects, probes=some)
+    places = report.store(Spec("rest_pose"), Spec("puppets"), answers, tmp_path)
     for place in places:
         results = store.read_results(place)
         assert {entry.status for entry in results.entries} == {"ok"}
-        told = results.header.not_applicable
-        assert told == {"probe.source_merged": {"cases": len(results.entries), "reason": ONLY_22}}
+        reasons = results.header.not_applicable
+        assert reasons == {"probe.source_merged": {"cases": len(results.entries), "reason": ONLY_22}}
     sound = Spec("copy_rotations")  # a column in which nobody has a number would not be there
     beside = ask(create("methods", sound), "copy_rotations", subjects, probes=some)
     places += report.store(sound, Spec("puppets"), beside, tmp_path)
-    made = builder.tables(summary.split_summaries(places), ["probe.turned", "probe.source_merged"])
-    rows = [row for each in made for group in each.groups for row in group.rows]
+    tables = builder.tables(summary.split_summaries(places), ["probe.turned", "probe.source_merged"])
+    rows = [row for each in tables for group in each.groups for row in group.rows]
     assert {row.label for row in rows} == {"rest_pose", "copy_rotations"}
     for row in rows:
         turned, merged = row.cells
@@ -95,11 +95,15 @@ def test_in_the_table_a_refused_question_is_no_number_and_says_why(
 
 
 def test_rows_of_methods_that_were_probed_on_other_cases_go(subjects: list[Case], tmp_path: Path) -> None:
-    mine = [subject for subject in subjects if subject.info.split == subjects[0].info.split]
-    assert len(mine) > 1
+    same_split = [subject for subject in subjects if subject.info.split == subjects[0].info.split]
+    assert len(same_split) > 1
     left = {}
-    for name, asked in (("rest_pose", mine), ("copy_rotations", mine), ("bone_directions", mine[:1])):
-        replies = ask(create("methods", Spec(name)), name, asked, probes=PROBES[:1])
+    for name, chosen in (
+        ("rest_pose", same_split),
+        ("copy_rotations", same_split),
+        ("bone_directions", same_split[:1]),
+    ):
+        replies = ask(create("methods", Spec(name)), name, chosen, probes=PROBES[:1])
         report.store(Spec(name), Spec("puppets"), replies, tmp_path)
         left[name] = sorted(place.method for place in store.find_results(tmp_path, report.TASK))
     assert left["copy_rotations"] == ["copy_rotations", "rest_pose"]

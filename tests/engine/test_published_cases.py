@@ -30,11 +30,11 @@ def store(
     root: Path, split: str, method: str, numbers: dict[tuple[str, str], float | str], **changes
 ) -> None:
     """``numbers``: (pair, clip) -> the value of every protocol, or the status of a case without one."""
-    told = [
+    entries = [
         (*case, dict.fromkeys(PAPERS, number) if isinstance(number, float) else number)
         for case, number in numbers.items()
     ]
-    place = changed(stored(root, split, method, told, **changes), values=PAPERS)
+    place = changed(stored(root, split, method, entries, **changes), values=PAPERS)
     metadata(place, legs=LEGS)
 
 
@@ -92,10 +92,10 @@ def test_a_case_that_one_method_did_not_answer_is_taken_from_nobody(tmp_path: Pa
     store(tmp_path, "intra", "all", all_of(many[:39], 0.2) | {many[39]: 40.2})
     store(tmp_path, "intra", "still", all_of(many[:30], 0.3) | all_of(many[30:], "failed"), control=True)
     table = made(tmp_path, "humot-table4")
-    found = rows(table)
-    assert found["most"] == (["0.1000"], "39/40")
-    assert found["all"] == (["1.2000"], "40")
-    assert found["still"] == (["0.3000"], "30/40")
+    by_row = rows(table)
+    assert by_row["most"] == (["0.1000"], "39/40")
+    assert by_row["all"] == (["1.2000"], "40")
+    assert by_row["still"] == (["0.3000"], "30/40")
     assert table.footnotes == ("over the 30 of the 40 common cases that it has",)
     assert any("all intra: 40 cases, pairs 1, clips 40" in note for note in table.notes)
     assert [(row.label, row.mark) for row in table.groups[-1].unranked] == [
@@ -145,8 +145,8 @@ def test_a_method_without_one_of_the_pairs_of_an_overall_mean_is_set_apart(tmp_p
     table = made(tmp_path, "humot-table4")
     (group,) = table.groups
     assert any("on these whole has" in note and "overall 0.5000" in note for note in table.notes)
-    ours = [row for row in group.ranked if "printed" not in row.label]
-    assert [row.label for row in ours] == ["whole"]
+    own_rows = [row for row in group.ranked if "printed" not in row.label]
+    assert [row.label for row in own_rows] == ["whole"]
     (half,) = group.unranked
     overall = [column.id for column in group.columns].index("overall")
     assert (half.label, half.cells[overall].value) == ("half", pytest.approx(0.1))
@@ -172,19 +172,19 @@ def test_the_command_prints_the_papers_numbers_where_there_are_no_results(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     for words in ([], ["-r", str(tmp_path)]):
-        done = CliRunner().invoke(commands, ["table", *words, "--paper", "pan-table1"])
-        assert done.exit_code == 0
-        assert "8.86" in done.output
+        result = CliRunner().invoke(commands, ["table", *words, "--paper", "pan-table1"])
+        assert result.exit_code == 0
+        assert "8.86" in result.output
     refused = CliRunner().invoke(commands, ["table", "-r", "nowhere", "--paper", "pan-table1"])
     assert str(refused.exception) == "there is no folder nowhere"
 
 
 def test_the_command_takes_methods_and_bodies(with_dogs: Path) -> None:
     def drawn(*words: str) -> str:
-        asked = ["table", "-r", str(with_dogs), "--paper", "humot-table4", "-f", "csv", *words]
-        done = CliRunner().invoke(commands, asked)
-        assert done.exit_code == 0, done.output
-        return done.output
+        arguments = ["table", "-r", str(with_dogs), "--paper", "humot-table4", "-f", "csv", *words]
+        result = CliRunner().invoke(commands, arguments)
+        assert result.exit_code == 0, result.output
+        return result.output
 
     assert '"narrow"' in drawn()
     assert '"narrow"' not in drawn("-m", "wide")
@@ -201,15 +201,15 @@ def test_ours_stand_under_the_rows_that_they_are_trained_for(tmp_path: Path) -> 
     store(tmp_path, "intra", "two", all_of(PEOPLE[:4], 0.2) | all_of(PEOPLE[4:], "failed"))
     table = of_rows(("pan-table5",), ["w.o. PAN", "no such row", "ours"], "title", ("a note",), 4)
     known_as = {"one": "w.o. PAN", "two": "no such row"}
-    made = joined(table, records.find_results(tmp_path), Selection(), known_as=known_as)
-    (group,) = made.groups
+    combined = joined(table, records.find_results(tmp_path), Selection(), known_as=known_as)
+    (group,) = combined.groups
     assert [(row.label, row.mark, row.n, [cell.text for cell in row.cells]) for row in group.rows] == [
         ("w.o. PAN (printed)", "", "", ["1.19", "2.28"]),
         ("w.o. PAN", "", "8", ["0.1235", "n/a"]),
         ("no such row", "answered fewer cases", "4/8", ["0.2000", "n/a"]),
         ("ours (printed)", "", "", ["0.50", "1.62"]),
     ]
-    assert made.notes[0] == "a note"
+    assert combined.notes[0] == "a note"
 
 
 @pytest.mark.parametrize("name", ["pan-table1", "humot-table3", "humot-table4", "humot-table5"])
@@ -234,7 +234,7 @@ def test_trained_on_other_structures_numbers_of_seen_ones_say_how_many_cases(tmp
     (place, _) = records.find_results(tmp_path)
     metadata(place, structure={"bo": "a", "ann": "b"})
     table = made(tmp_path, "humot-table2")
-    seen = {
+    overall_cells = {
         row.label: next(
             cell
             for cell, column in zip(row.cells, table.groups[0].columns, strict=True)
@@ -243,5 +243,5 @@ def test_trained_on_other_structures_numbers_of_seen_ones_say_how_many_cases(tmp
         for row in table.groups[0].rows
         if "printed" not in row.label
     }
-    assert {label: cell.n for label, cell in seen.items()} == {"one": 3, "two": 4}
-    assert len({cell.footnote for cell in seen.values()} - {0}) == 2
+    assert {label: cell.n for label, cell in overall_cells.items()} == {"one": 3, "two": 4}
+    assert len({cell.footnote for cell in overall_cells.values()} - {0}) == 2

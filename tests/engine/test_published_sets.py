@@ -70,8 +70,8 @@ def store(
 
 def rows(root: Path) -> dict[str, OurRow]:
     matrices = Selection(variants=True, apart=False).parts(result_matrices(records.find_results(root)))
-    found, _ = of_sets(TABLE, matrices)
-    return {row.label: row for row in found}
+    own_rows, _ = of_sets(TABLE, matrices)
+    return {row.label: row for row in own_rows}
 
 
 def drawn(root: Path, *methods: str) -> Table:
@@ -82,11 +82,11 @@ def test_directions_are_told_by_the_targets_legs_and_structures_are_averaged(tmp
     store(
         tmp_path, "mine", [value("dog", 40.0), value("man", 10.0), value("child", 30.0, n=1100, clips=20)]
     )
-    found = rows(tmp_path)
-    cells = found["mine"].cells
+    by_label = rows(tmp_path)
+    cells = by_label["mine"].cells
     assert cells[TO_FOUR].value == 40.0
     assert (cells[TO_TWO].value, cells[TO_TWO].n, cells[TO_TWO].clips) == (20.0, 1100, 20)
-    floor = found["floor"]
+    floor = by_label["floor"]
     assert floor.mark
     assert {key: cell.value for key, cell in floor.numbers.items()} == {TO_TWO: 5.0, TO_FOUR: 5.0}
 
@@ -108,13 +108,13 @@ def test_kinds_and_kid_have_columns_of_their_own(tmp_path: Path) -> None:
 def test_what_has_no_number_says_why(tmp_path: Path) -> None:
     why = "fid.structure needs 1024 windows in each set, here 85"
     store(tmp_path, "mine", [value("dog", None, reason=why, floor=None), value("man", 9.0)])
-    made = drawn(tmp_path)
-    (mine,) = (row for row in made.groups[0].ranked if row.label == "mine")
-    assert [cell.value for cell in mine.cells] == [9.0, None]
-    assert mine.cells[1].reason == why
-    assert why in made.footnotes
-    assert NOT_PRINTED not in made.footnotes
-    assert any("quadruped → biped: 1200 windows in each set" in note for note in made.notes)
+    table = drawn(tmp_path)
+    (own,) = (row for row in table.groups[0].ranked if row.label == "mine")
+    assert [cell.value for cell in own.cells] == [9.0, None]
+    assert own.cells[1].reason == why
+    assert why in table.footnotes
+    assert NOT_PRINTED not in table.footnotes
+    assert any("quadruped → biped: 1200 windows in each set" in note for note in table.notes)
 
 
 def test_results_with_references_and_later_seeds_are_not_of_this_table(tmp_path: Path) -> None:
@@ -122,9 +122,9 @@ def test_results_with_references_and_later_seeds_are_not_of_this_table(tmp_path:
     store(tmp_path, "paired", [value("dog", 1.0)], four_legged=None)
     store(tmp_path, "mine", [value("dog", 2.0)])
     store(tmp_path, "mine", [value("dog", 3.0)], file="mine.seed-1", seeds=[1])
-    found = rows(tmp_path)
-    assert set(found) == {"mine", "floor"}
-    assert found["mine"].cells[TO_FOUR].value == 2.0
+    by_label = rows(tmp_path)
+    assert set(by_label) == {"mine", "floor"}
+    assert by_label["mine"].cells[TO_FOUR].value == 2.0
 
 
 def test_the_floor_is_that_of_most_methods(tmp_path: Path) -> None:
@@ -152,21 +152,21 @@ def test_methods_are_chosen_and_the_floor_stays(tmp_path: Path) -> None:
 
 def test_controls_stand_apart_and_the_papers_rows_only_where_it_prints(tmp_path: Path) -> None:
     store(tmp_path, "still", [value("dog", 7.0), value("dog", 1.0, "idle")], method={"control": True})
-    made = drawn(tmp_path)
-    first, *others = made.groups
+    table = drawn(tmp_path)
+    first, *others = table.groups
     assert [row.label for row in first.ranked] == [
         f"{name} (printed)" for name in ("NKN*", "PMnet*", "SAN", "PAN")
     ]
     assert [cell.text for cell in first.ranked[-1].cells] == ["51.68", "132.76"]
     assert all(not group.ranked for group in others)
     assert {row.label for row in first.unranked} == {"still", "floor"}
-    assert any("cannot be compared" in note for note in made.notes)
+    assert any("cannot be compared" in note for note in table.notes)
 
 
 def test_without_results_a_note_says_how_to_make_some(tmp_path: Path) -> None:
-    made = drawn(tmp_path)
-    assert len(made.groups[0].ranked) == 4
-    assert any("between=legs]" in note for note in made.notes)
+    table = drawn(tmp_path)
+    assert len(table.groups[0].ranked) == 4
+    assert any("between=legs]" in note for note in table.notes)
 
 
 @pytest.mark.parametrize("column", TABLE.columns, ids=lambda column: column.label)

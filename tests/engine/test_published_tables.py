@@ -37,8 +37,8 @@ def store(
     root: Path, name: str, split: str, numbers: dict[tuple[str, str], float], file: str = "", **changes
 ) -> None:
     """``numbers``: (pair, clip) -> the value of every protocol. All targets are two metres tall."""
-    told = [(*case, dict.fromkeys(VALUES, number)) for case, number in numbers.items()]
-    place = stored.store(root, split, file or name, told)
+    entries = [(*case, dict.fromkeys(VALUES, number)) for case, number in numbers.items()]
+    place = stored.store(root, split, file or name, entries)
     facts = json.loads(place.header.read_text()) | {"values": VALUES}
     usual = {"method": {"name": name, "label": name}, "dataset": {"name": "mixamo", "label": "mixamo"}}
     for key, change in (*usual.items(), *changes.items()):
@@ -104,10 +104,10 @@ def test_as_many_numbers_as_the_papers_print() -> None:
 def test_every_line_is_of_a_table_that_there_is() -> None:
     lines = [line for file in printed.PAPERS for line in csv.DictReader(StringIO(_text(file)))]
     assert {line["table"] for line in lines} == set(ALL)
-    said = [
+    table_names = [
         name for line in csv.DictReader(StringIO(_text("notes.csv"))) for name in line["tables"].split()
     ]
-    assert set(said) <= set(ALL)
+    assert set(table_names) <= set(ALL)
 
 
 def _text(file: str) -> str:
@@ -129,9 +129,11 @@ def test_every_column_has_a_value_of_ours_or_a_reason(name: str) -> None:
 
 
 def test_values_of_ours_are_of_metrics_that_there_are() -> None:
-    known = {value.id for metric in registry.working("metrics")[0].values() for value in metric.card.values}
-    asked = {column.value_id for name in ALL for column in printed.published(name).columns}
-    assert asked - {""} <= known
+    defined = {
+        value.id for metric in registry.working("metrics")[0].values() for value in metric.card.values
+    }
+    value_ids = {column.value_id for name in ALL for column in printed.published(name).columns}
+    assert value_ids - {""} <= defined
 
 
 def test_pan_counts_self_pairs_and_humot_does_not() -> None:
@@ -140,9 +142,9 @@ def test_pan_counts_self_pairs_and_humot_does_not() -> None:
     assert len(intra) == 16
     assert sum(pair.split(">")[0] == pair.split(">")[1] for pair in intra) == 4
     assert len(pairs["cross"]) == 4
-    asked = [pair for column in printed.published("humot-table4").columns for pair in column.pairs]
-    assert len(asked) == len(set(asked)) == 12
-    assert not [pair for pair in asked if pair.split(">")[0] == pair.split(">")[1]]
+    all_pairs = [pair for column in printed.published("humot-table4").columns for pair in column.pairs]
+    assert len(all_pairs) == len(set(all_pairs)) == 12
+    assert not [pair for pair in all_pairs if pair.split(">")[0] == pair.split(">")[1]]
 
 
 def test_our_numbers_land_in_the_papers_columns(tmp_path: Path) -> None:
@@ -202,28 +204,30 @@ def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tm
     store(tmp_path, "peeks", "cross", numbers, method={"privileged": ["reference"]})
     table = printed.published(name)
     rows, _ = ours(name, tmp_path)
-    made = drawn(name, tmp_path)
-    first, *others = made.groups
+    drawn_table = drawn(name, tmp_path)
+    first, *others = drawn_table.groups
     assert [each.id for each in first.columns] == [c.label for c in table.columns if not c.block]
     assert [row.label.rpartition(" (")[0] for row in first.ranked[: len(table.rows)]] == list(table.rows)
-    assert set(table.notes) <= set(made.notes)
-    for each in made.groups:
+    assert set(table.notes) <= set(drawn_table.notes)
+    for each in drawn_table.groups:
         assert all(len(row.cells) == len(each.columns) for row in each.rows)
         assert all(cell.value is not None or cell.reason for row in each.rows for cell in row.cells)
         assert not [row for row in each.rows if all(cell.value is None for cell in row.cells)]
     for each in others:
         assert "peeks" in {row.label for row in each.unranked}
     if rows:
-        assert [(row.label, row.mark) for row in made.groups[-1].unranked] == [("peeks", "sees reference")]
-        assert any("pairs" in note and "clips" in note for note in made.notes)
+        assert [(row.label, row.mark) for row in drawn_table.groups[-1].unranked] == [
+            ("peeks", "sees reference")
+        ]
+        assert any("pairs" in note and "clips" in note for note in drawn_table.notes)
     elif any(column.value_id for column in table.columns):
-        assert any("None of the results" in note for note in made.notes)
+        assert any("None of the results" in note for note in drawn_table.notes)
 
 
 @pytest.mark.parametrize("name", ALL)
 def test_without_results_the_printed_numbers_stand_alone(name: str) -> None:
-    table, made = printed.published(name), drawn(name)
-    (group,) = made.groups
+    table, drawn_table = printed.published(name), drawn(name)
+    (group,) = drawn_table.groups
     shown = {
         row.label.rpartition(" (")[0]: [cell.text.partition(" ±")[0] for cell in row.cells]
         for row in group.rows
@@ -231,8 +235,8 @@ def test_without_results_the_printed_numbers_stand_alone(name: str) -> None:
     for label, row in table.rows.items():
         there = [column.label for column in table.columns if not column.block]
         assert shown[label] == [row[each].text if each in row else "n/a" for each in there]
-    assert not {cell.footnote for cell in made.cells} - set(range(len(made.footnotes) + 1))
-    assert any("None of the results" in note or "no number here" in note for note in made.notes)
+    assert not {cell.footnote for cell in drawn_table.cells} - set(range(len(drawn_table.footnotes) + 1))
+    assert any("None of the results" in note or "no number here" in note for note in drawn_table.notes)
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -243,11 +247,11 @@ def test_no_two_columns_have_one_label(name: str) -> None:
 
 
 def test_a_second_table_that_repeats_the_first_is_left_out(tmp_path: Path) -> None:
-    theirs = {("BigVegas>Goblin_m", "a"): 0.1, ("BigVegas>Mousey_m", "a"): 0.3}
-    store(tmp_path / "same", "mine", "cross", theirs)
+    shared_numbers = {("BigVegas>Goblin_m", "a"): 0.1, ("BigVegas>Mousey_m", "a"): 0.3}
+    store(tmp_path / "same", "mine", "cross", shared_numbers)
     (only,) = drawn("pan-table1", tmp_path / "same").groups
     assert [row.cells[1].text for row in only.ranked if row.label == "mine"] == ["0.20"]
-    store(tmp_path / "more", "mine", "cross", {**theirs, ("Goblin_m>BigVegas", "a"): 0.8})
+    store(tmp_path / "more", "mine", "cross", {**shared_numbers, ("Goblin_m>BigVegas", "a"): 0.8})
     own = drawn("pan-table1", tmp_path / "more").groups[1]
     assert [column.label for column in own.columns] == ["all cross"]
     assert [row.cells[0].text for row in own.rows] == ["0.40"]
@@ -271,8 +275,8 @@ def test_a_second_table_that_repeats_the_first_is_left_out(tmp_path: Path) -> No
 )
 def test_rows_say_which_variant_they_are(name: str, parameters: dict, words: str) -> None:
     info = MethodInfo(name=name, label=name, parameters=parameters, privileged=(), control=False)
-    said = variant(info)
-    assert said.startswith(words) if words else said == ""
+    text = variant(info)
+    assert text.startswith(words) if words else text == ""
 
 
 @pytest.mark.parametrize(
@@ -295,13 +299,13 @@ def test_rows_say_which_variant_they_are(name: str, parameters: dict, words: str
 def test_labels_say_every_setting_that_differs_from_the_paper_and_that_the_label_lacks(
     spec: str, words: tuple[str, ...]
 ) -> None:
-    asked = Spec.parse(spec)
+    parsed = Spec.parse(spec)
     info = MethodInfo(
-        name=asked.name, label=spec, parameters=dict(asked.parameters), privileged=(), control=False
+        name=parsed.name, label=spec, parameters=dict(parsed.parameters), privileged=(), control=False
     )
-    said = variant(info).removeprefix("ours: ").split(", ")
-    assert len(said) == len(words)
-    assert all(any(word in each for each in said) for word in words)
+    settings = variant(info).removeprefix("ours: ").split(", ")
+    assert len(settings) == len(words)
+    assert all(any(word in each for each in settings) for word in words)
 
 
 @pytest.mark.parametrize("name", ["humot", "nkn", "nkn_cross", "r2et", "same", "smrm"])
@@ -337,11 +341,11 @@ def test_variants_stand_in_the_rows_and_the_root_rule_of_copied_rotations_is_not
 ) -> None:
     for name in ("pan", "copy_rotations"):
         store(tmp_path, name, "cross", {("BigVegas>Goblin_m", "a"): 0.1})
-    made = drawn("pan-table1", tmp_path)
-    labels = [row.label for row in made.groups[0].ranked if "printed" not in row.label]
+    table = drawn("pan-table1", tmp_path)
+    labels = [row.label for row in table.groups[0].ranked if "printed" not in row.label]
     assert labels[0] == "copy_rotations (root rule hip_height)"
     assert labels[1].startswith("pan (ours: ")
-    assert "copied rotations treat the root" in made.notes[0]
+    assert "copied rotations treat the root" in table.notes[0]
 
 
 def test_an_unknown_table_names_those_there_are() -> None:
@@ -355,8 +359,8 @@ def test_pans_table_1_on_the_pairs_at_hand(tmp_path: Path) -> None:
     store(tmp_path, "mine", "intra", {("Ann>Bob", "a"): 0.3, ("Ann>Bob", "b"): 0.5})
     store(tmp_path, "mine", "cross", {("Ann>Cy", "a"): 0.7})
     (row,) = rows_of("pan-table1", tmp_path)
-    found = {key: (cell.value, cell.n) for key, cell in row.numbers.items()}
-    assert found == {
+    cells = {key: (cell.value, cell.n) for key, cell in row.numbers.items()}
+    assert cells == {
         "self + intra": (pytest.approx((0.2 + 0.5) / 2), 3),
         "all cross": (pytest.approx(0.7), 1),
     }

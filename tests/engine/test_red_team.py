@@ -166,27 +166,27 @@ def test_no_process_stays():
 
 def _orphans() -> list[psutil.Process]:
     """Processes that prediction workers left behind and whose scoring process is gone."""
-    found = []
+    orphans = []
     for each in psutil.process_iter():
         try:
             owner = each.environ().get(launch.MARK)
             if each.cmdline() == ["sleep", "3599.5"]:
-                found.append(each)
+                orphans.append(each)
         except psutil.Error:
             continue
         if owner and not psutil.pid_exists(int(owner.partition("-")[0])):
-            found.append(each)
-    return found
+            orphans.append(each)
+    return orphans
 
 
 def test_folders_of_killed_runs_are_removed_by_the_next(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
+    with subprocess.Popen([sys.executable, "-c", ""]) as ended:
         pass
-    for owner in (gone.pid, os.getpid(), "somebody"):
+    for owner in (ended.pid, os.getpid(), "somebody"):
         (tmp_path / f"retarget-bench-{owner}-x").mkdir()
-    with files.scratch_folder() as mine:
-        assert mine.is_dir()
+    with files.scratch_folder() as own_folder:
+        assert own_folder.is_dir()
     left = {each.name for each in tmp_path.iterdir()}
     assert left == {f"retarget-bench-{os.getpid()}-x", "retarget-bench-somebody-x"}
 
@@ -207,9 +207,9 @@ def test_methods_start_under_a_command(tmp_path, prefix, status):
         assert left.exists() == (status == "ok")
     finally:
         left.unlink(missing_ok=True)
-    found = _results(tmp_path)
-    assert {each.status for each in found["hostile[does=home]"].entries} == {status}
-    assert {each.status for each in found["copy_rotations"].entries} == {"ok"}
+    results = _results(tmp_path)
+    assert {each.status for each in results["hostile[does=home]"].entries} == {status}
+    assert {each.status for each in results["copy_rotations"].entries} == {"ok"}
 
 
 @pytest.mark.parametrize(

@@ -28,15 +28,15 @@ def place(tmp_path) -> ResultPaths:
 
 
 def test_columns_and_entries_are_what_another_reader_reads(place):
-    found = records.read_results(place)
+    results = records.read_results(place)
     rows = pd.read_csv(place.rows, dtype=str, na_filter=False)
     rows["value"] = rows["value"].map(float)
-    wanted = rows.pivot(index="case", columns=["value_id", "index"], values="value")
-    assert set(found.numbers) == set(wanted.columns)
-    for key, column in found.numbers.items():
-        np.testing.assert_array_equal(column, wanted[key].reindex([info.id for info in found.infos]))
-    assert np.isnan(found.numbers["ratio", ""]).sum() == 2
-    entries = {entry.case: entry.values for entry in found.entries}
+    expected = rows.pivot(index="case", columns=["value_id", "index"], values="value")
+    assert set(results.numbers) == set(expected.columns)
+    for key, column in results.numbers.items():
+        np.testing.assert_array_equal(column, expected[key].reindex([info.id for info in results.infos]))
+    assert np.isnan(results.numbers["ratio", ""]).sum() == 2
+    entries = {entry.case: entry.values for entry in results.entries}
     for case, value_id, index, number in rows.itertuples(index=False):
         there = entries[case][value_id]
         assert (there[index] if index else there) == number

@@ -213,28 +213,28 @@ def test_redo(tmp_path):
 
 def test_a_damaged_prediction_is_made_again(tmp_path):
     (first,) = carry_out(tmp_path, "toy_method")
-    wanted = first.paths.rows.read_bytes()
+    expected = first.paths.rows.read_bytes()
     victim = next((first.paths.folder / "toy_method").glob("*.npz"))
     victim.write_bytes(victim.read_bytes()[:100])
     first.paths.header.unlink()
     (again,) = carry_out(tmp_path, "toy_method")
-    assert again.paths.rows.read_bytes() == wanted
+    assert again.paths.rows.read_bytes() == expected
     assert predictions.stored_key(victim)
 
 
 def test_a_torn_journal_line_is_dropped(tmp_path):
     (first,) = carry_out(tmp_path, "toy_method")
-    place, wanted = first.paths, first.paths.rows.read_bytes()
+    place, expected = first.paths, first.paths.rows.read_bytes()
     place.header.unlink()
     journal.open_journal(place, first.header.keys)
     journal.append_journal(place, first.entries[0])
-    whole = place.journal.read_bytes()
+    content = place.journal.read_bytes()
     with place.journal.open("ab") as file:
         file.write(b'{"case": "toy/tall>sm')
     assert list(journal.open_journal(place, first.header.keys)) == [first.entries[0].case]
-    assert place.journal.read_bytes() == whole
+    assert place.journal.read_bytes() == content
     (again,) = carry_out(tmp_path, "toy_method")
-    assert again.paths.rows.read_bytes() == wanted
+    assert again.paths.rows.read_bytes() == expected
     assert not place.journal.exists()
 
 
@@ -269,7 +269,7 @@ def test_killed_at_random_moments_gives_the_same_bytes(tmp_path, kills, clips):
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
     start = time.monotonic()
     subprocess.run([*line, "--out", tmp_path / "whole"], env=environment, check=True, capture_output=True)
-    whole = time.monotonic() - start
+    duration = time.monotonic() - start
     moments = random.Random(5)
     killed = 0
     for _ in range(4 * kills):  # on a machine that does much else, some end first
@@ -282,8 +282,8 @@ def test_killed_at_random_moments_gives_the_same_bytes(tmp_path, kills, clips):
             stderr=subprocess.DEVNULL,
         )
         try:
-            process.wait(moments.uniform(0.2, 0.8) * whole)
-            whole = min(whole, time.monotonic() - start)
+            process.wait(moments.uniform(0.2, 0.8) * duration)
+            duration = min(duration, time.monotonic() - start)
             for file in (tmp_path / "killed").rglob("*.json"):
                 file.unlink()
         except subprocess.TimeoutExpired:
@@ -294,10 +294,10 @@ def test_killed_at_random_moments_gives_the_same_bytes(tmp_path, kills, clips):
             break
     assert killed
     subprocess.run([*line, "--out", tmp_path / "killed"], env=environment, check=True, capture_output=True)
-    for wanted in sorted((tmp_path / "whole").rglob("intra/*")):
-        if wanted.suffix in (".csv", ".npz") and not wanted.name.endswith(".timing.csv"):
-            made = tmp_path / "killed" / wanted.relative_to(tmp_path / "whole")
-            assert made.read_bytes() == wanted.read_bytes(), wanted.name
+    for expected in sorted((tmp_path / "whole").rglob("intra/*")):
+        if expected.suffix in (".csv", ".npz") and not expected.name.endswith(".timing.csv"):
+            actual = tmp_path / "killed" / expected.relative_to(tmp_path / "whole")
+            assert actual.read_bytes() == expected.read_bytes(), expected.name
     assert not list((tmp_path / "killed").rglob("*.journal"))
 
 
@@ -315,21 +315,23 @@ def test_where_the_data_lie_is_no_part_of_their_name(tmp_path):
 
 
 def test_a_run_leaves_what_tables_need_to_show_it_before_it_is_done(tmp_path):
-    seen = []
+    counts = []
 
-    def look(done, total):
+    def watch(answered, total):
         for place in store.find_results(tmp_path):
             assert not place.complete
             header = store.read_header(place.begun)
             cases = store.read_cases(place.cases, place.task, place.split)
-            told = store.read_results(place, header)
-            done = [each for each in told.entries if each.status == "ok"]
+            results = store.read_results(place, header)
+            answered = [each for each in results.entries if each.status == "ok"]
             assert case_metadata.read(place).legs == {"tall": "2", "small": "2"}
-            seen.append((len(done), told.header.counts.ok, told.header.counts.missing, len(cases)))
+            counts.append(
+                (len(answered), results.header.counts.ok, results.header.counts.missing, len(cases))
+            )
 
-    (place,) = runner.run(asked(tmp_path, "toy_method", jobs=1), look)
-    assert seen[0][1:] == (0, seen[0][3], seen[0][3])
-    assert any(0 < ok < count for _, ok, _, count in seen)
-    assert all(entries == ok and ok + missing == count for entries, ok, missing, count in seen)
+    (place,) = runner.run(asked(tmp_path, "toy_method", jobs=1), watch)
+    assert counts[0][1:] == (0, counts[0][3], counts[0][3])
+    assert any(0 < ok < count for _, ok, _, count in counts)
+    assert all(entries == ok and ok + missing == count for entries, ok, missing, count in counts)
     assert store.find_results(tmp_path) == [place]
     assert place.complete

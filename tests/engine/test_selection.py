@@ -28,8 +28,8 @@ def stored(root, file, cases=CASES, **changes):
 
 
 def sections(places, **choice):
-    found = summary.split_summaries(places, select=Selection(**choice))
-    return {section.bodies: section for section in found}
+    summaries = summary.split_summaries(places, select=Selection(**choice))
+    return {section.bodies: section for section in summaries}
 
 
 def labels(places, **choice):
@@ -37,11 +37,11 @@ def labels(places, **choice):
 
 
 def test_bodies_on_two_and_on_four_legs_are_told_apart(tmp_path):
-    found = sections([stored(tmp_path, "m")])
-    means = {bodies: section.scores[0].means[VALUE].value for bodies, section in found.items()}
+    by_bodies = sections([stored(tmp_path, "m")])
+    means = {bodies: section.scores[0].means[VALUE].value for bodies, section in by_bodies.items()}
     assert means == {"people": 1.5, "four-legged": 3.0, "mixed": 4.0}
-    assert found["people"].clip_count == 2
-    assert found["people"].scores[0].asked == 2
+    assert by_bodies["people"].clip_count == 2
+    assert by_bodies["people"].scores[0].asked == 2
 
 
 def test_who_answers_all_people_is_ranked_among_them(tmp_path):
@@ -68,11 +68,11 @@ def test_methods_are_chosen_by_label_in_any_case_and_controls_stay(tmp_path):
 
 def test_variants_of_the_card_step_back_where_the_method_itself_is_there(tmp_path):
     variant = "copy_rotations[root_rule=none]"
-    told = {"name": "copy_rotations", "label": variant, "parameters": {"root_rule": "none"}}
+    method = {"name": "copy_rotations", "label": variant, "parameters": {"root_rule": "none"}}
     other = {"name": "copy_rotations", "label": "copy_rotations[root_rule=hips]"}
     places = [
         stored(tmp_path, "copy_rotations"),
-        stored(tmp_path, "v", **told),
+        stored(tmp_path, "v", **method),
         stored(tmp_path, "w", **other, parameters={"root_rule": "hips"}),
     ]
     assert labels(places) == ["copy_rotations", "copy_rotations[root_rule=hips]"]
@@ -84,10 +84,10 @@ def test_variants_of_the_card_step_back_where_the_method_itself_is_there(tmp_pat
 
 def test_they_step_back_in_results_of_two_folders_too(tmp_path):
     variant = "copy_rotations[root_rule=none]"
-    told = {"name": "copy_rotations", "label": variant, "parameters": {"root_rule": "none"}}
+    method = {"name": "copy_rotations", "label": variant, "parameters": {"root_rule": "none"}}
     places = []
     for folder in ("one", "two"):
-        places += [stored(tmp_path / folder, "copy_rotations"), stored(tmp_path / folder, "v", **told)]
+        places += [stored(tmp_path / folder, "copy_rotations"), stored(tmp_path / folder, "v", **method)]
     shown = labels(places)
     assert len(shown) == 2
     assert all(each.startswith("copy_rotations (") for each in shown)
@@ -102,32 +102,32 @@ def test_a_report_leaves_them_out_unless_they_are_asked_for(tmp_path):
     def shown(table):
         return {row.label for row in table.groups[0].rows}
 
-    for asked in ({}, {"variants": True}, {"methods": [variant]}):
-        chapter = chapters.chapters([tmp_path], **asked)[0]
-        assert (variant in shown(chapter.tables[0])) == bool(asked)
-        assert (variant in chapter.splits[0].section.rankings[VALUE].order) == bool(asked)
+    for options in ({}, {"variants": True}, {"methods": [variant]}):
+        chapter = chapters.chapters([tmp_path], **options)[0]
+        assert (variant in shown(chapter.tables[0])) == bool(options)
+        assert (variant in chapter.splits[0].section.rankings[VALUE].order) == bool(options)
 
 
 def answered(places, **choice):
-    found = sections(places, **choice).values()
-    return {(each.bodies, score.label): (score.ok, score.asked) for each in found for score in each.scores}
+    parts = sections(places, **choice).values()
+    return {(each.bodies, score.label): (score.ok, score.asked) for each in parts for score in each.scores}
 
 
 def test_a_running_run_is_shown_over_the_cases_that_all_have_done(tmp_path):
     """By id the cases are ann>bo, ann>rex (mixed), bo>ann and rex>rex."""
     places = [
-        running(stored(tmp_path, name), done) for name, done in (("most", 3), ("some", 1), ("none", 0))
+        running(stored(tmp_path, name), count) for name, count in (("most", 3), ("some", 1), ("none", 0))
     ]
-    whole = stored(
+    complete = stored(
         tmp_path, "whole", (("ann>bo", "c1"), ("bo>ann", "c2"), ("rex>rex", "c3"), ("ann>rex", "c4"))
     )
-    assert set(records.find_results(tmp_path)) == {*places, whole}
-    assert answered([*places, whole]) == {
+    assert set(records.find_results(tmp_path)) == {*places, complete}
+    assert answered([*places, complete]) == {
         ("people", "most"): (1, 1), ("people", "some"): (1, 1), ("people", "whole"): (1, 1),
         ("mixed", "most"): (1, 1), ("mixed", "whole"): (1, 1),
         ("four-legged", "whole"): (1, 1),
     }  # fmt: skip
-    people = sections([*places, whole])["people"]
+    people = sections([*places, complete])["people"]
     assert {score.means[VALUE].value for score in people.scores} == {1.0}  # of ann>bo
     assert not any(score.unranked for score in people.scores)
     assert people.so_far == "1 of 2 clips so far of some"
@@ -145,8 +145,8 @@ def test_nothing_is_marked_while_cases_lack_and_the_table_says_so(tmp_path):
     ]
 
     def table():
-        (made,) = builder.tables(summary.split_summaries(places, select=Selection()), [VALUE])
-        return list(made.groups[0].below), [row.cells[0].mark for row in made.groups[0].ranked]
+        (table,) = builder.tables(summary.split_summaries(places, select=Selection()), [VALUE])
+        return list(table.groups[0].below), [row.cells[0].mark for row in table.groups[0].ranked]
 
     assert table() == ([], ["best", ""])
     running(places[0], 29)
@@ -162,27 +162,27 @@ def test_a_case_that_failed_in_a_running_run_counts_as_not_answered(tmp_path):
     ill = store(
         tmp_path, "cross", "ill", [(*each, {VALUE: 1.0} if n else "failed") for n, each in enumerate(cases)]
     )
-    (found,) = summary.split_summaries([running(well, 6), running(ill, 4)], select=Selection())
-    assert {score.label: (score.ok, score.asked) for score in found.scores} == {
+    (split_summary,) = summary.split_summaries([running(well, 6), running(ill, 4)], select=Selection())
+    assert {score.label: (score.ok, score.asked) for score in split_summary.scores} == {
         "well": (4, 4),
         "ill": (3, 4),
     }
-    assert found.scores[0].unranked + found.scores[1].unranked == "answered 3 of 4"
+    assert split_summary.scores[0].unranked + split_summary.scores[1].unranked == "answered 3 of 4"
 
 
 def test_comparisons_and_reports_read_a_running_run_and_say_so(tmp_path):
     places = [stored(tmp_path, name, [("ann>bo", f"c{n}") for n in range(5)]) for name in ("one", "two")]
     running(places[0], 3)
-    done = CliRunner().invoke(group, ["compare", "one", "two", "--results", str(tmp_path)])
-    assert "* one: 3 of 5 cases so far" in done.output
-    assert "the same" in done.output
+    result = CliRunner().invoke(group, ["compare", "one", "two", "--results", str(tmp_path)])
+    assert "* one: 3 of 5 cases so far" in result.output
+    assert "the same" in result.output
     none = running(stored(tmp_path, "three", [("ann>bo", f"c{n}") for n in range(5)]), 0)
     assert not none.complete
-    done = CliRunner().invoke(group, ["compare", "one", "three", "--results", str(tmp_path)])
-    assert "a number for; one: 3 of 5 cases so far; three: 0 of 5" in str(done.exception)
+    result = CliRunner().invoke(group, ["compare", "one", "three", "--results", str(tmp_path)])
+    assert "a number for; one: 3 of 5 cases so far; three: 0 of 5" in str(result.exception)
     page = tmp_path / "report.html"
-    done = CliRunner().invoke(group, ["report", "-r", str(tmp_path), "--clips", "0", "-o", str(page)])
-    assert done.exit_code == 0, done.exception
+    result = CliRunner().invoke(group, ["report", "-r", str(tmp_path), "--clips", "0", "-o", str(page)])
+    assert result.exit_code == 0, result.exception
     assert "cross: 3 of 5 clips so far of one." in page.read_text()
 
 

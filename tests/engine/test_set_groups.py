@@ -19,29 +19,31 @@ FID = {
     "meaning": "how unlike real motion", "tolerance": 1e-2, "formula": "", "needs": [],
     "metric": "fid_structure",
 }  # fmt: skip
-WHOLE = SetValue("fid.structure", "body22", 300, 30, 12.5, 10.0, 15.0, 8.25, "real", "net")
+COMPLETE = SetValue("fid.structure", "body22", 300, 30, 12.5, 10.0, 15.0, 8.25, "real", "net")
 
 
 def store_sets(root, name, values, date="2026-01-01", metrics="1+aa", declared=True):
     place = store(root, "cross", name, [("a>b", "c1", {"mpjpe_h.world": 1.0})])
     set_metrics.write(place, values)
-    told = {"set_values": {"fid.structure": FID}} if declared else {}
-    return changed(place, metrics={"fid_structure": metrics} if declared else {}, date=date, **told)
+    declared_values = {"set_values": {"fid.structure": FID}} if declared else {}
+    return changed(
+        place, metrics={"fid_structure": metrics} if declared else {}, date=date, **declared_values
+    )
 
 
 def groups(places, columns):
     return groups_of(summary.split_summaries(places), columns)
 
 
-def groups_of(found, columns):
-    (made,) = builder.tables(found, columns)
-    return made, made.groups
+def groups_of(summaries, columns):
+    (table,) = builder.tables(summaries, columns)
+    return table, table.groups
 
 
 def test_values_stand_beside_their_floor_and_interval(tmp_path):
     other = SetValue("fid.structure", "body28", 200, 25, 20.0, None, None, 9.0, "real28", "net28")
     places = [
-        store_sets(tmp_path, "near", [WHOLE, other]),
+        store_sets(tmp_path, "near", [COMPLETE, other]),
         store_sets(
             tmp_path,
             "far",
@@ -67,20 +69,20 @@ def test_values_stand_beside_their_floor_and_interval(tmp_path):
 
 def test_what_was_measured_otherwise_stays_out_or_says_so(tmp_path):
     def value(**others):
-        return [SetValue(**(vars(WHOLE) | others))]
+        return [SetValue(**(vars(COMPLETE) | others))]
 
     places = [
-        store_sets(tmp_path, "a", [WHOLE], date="2026-02-01"),
-        store_sets(tmp_path, "b", [WHOLE], date="2026-02-01"),
+        store_sets(tmp_path, "a", [COMPLETE], date="2026-02-01"),
+        store_sets(tmp_path, "b", [COMPLETE], date="2026-02-01"),
         store_sets(tmp_path, "fewer", value(real="another", n=280, floor=8.5), date="2026-02-01"),
         store_sets(tmp_path, "network", value(network="old")),
-        store_sets(tmp_path, "metric", [WHOLE], metrics="0+aa"),
+        store_sets(tmp_path, "metric", [COMPLETE], metrics="0+aa"),
         store_sets(
             tmp_path, "small", value(value=None, reason="fid.structure needs 1024 windows, here 300")
         ),
         store_sets(tmp_path, "without", [], declared=False),
     ]
-    made, (group,) = groups(places, ["fid.structure"])
+    table, (group,) = groups(places, ["fid.structure"])
     cells = {row.label: row.cells[0] for row in group.rows}
     assert cells["fewer"].value == 12.5
     assert "280 windows" in cells["fewer"].reason
@@ -90,36 +92,36 @@ def test_what_was_measured_otherwise_stays_out_or_says_so(tmp_path):
     assert cells["small"].reason.startswith("fid.structure needs ")
     assert cells["without"].text == NOT_RUN
     assert group.below[0].endswith("cross 8.2.")
-    assert len(made.footnotes) == 5
+    assert len(table.footnotes) == 5
 
 
 def test_they_are_shown_when_asked_for_and_pointed_at_otherwise(tmp_path):
-    places = [store_sets(tmp_path, "m", [WHOLE])]
+    places = [store_sets(tmp_path, "m", [COMPLETE])]
     (plain,) = builder.tables(summary.split_summaries(places))
     assert [group.counted for group in plain.groups] == ["cases"]
     assert any("--columns fid.structure" in note for note in plain.notes)
     assert builder.all_columns(summary.split_summaries(places))[-1] == "fid.structure"
-    assert set_metrics.read(places[0]) == [WHOLE]
+    assert set_metrics.read(places[0]) == [COMPLETE]
 
 
 def test_of_several_seeds_the_first_is_told(tmp_path):
-    place = changed(store_sets(tmp_path, "m", [WHOLE]), seeds=[0, 1, 2])
+    place = changed(store_sets(tmp_path, "m", [COMPLETE]), seeds=[0, 1, 2])
     _, (group,) = groups([place], ["fid.structure"])
     assert group.rows[0].cells[0].reason == "of the first of its 3 seeds"
 
 
 def test_csv_names_the_structure(tmp_path):
-    made, _ = groups([store_sets(tmp_path, "m", [WHOLE])], ["mpjpe_h.world", "fid.structure"])
-    found = list(csv.DictReader(io.StringIO(rendering.comma_separated([made]))))
-    assert [(row["structure"], row["method"], row["fid.structure"]) for row in found] == [
+    table, _ = groups([store_sets(tmp_path, "m", [COMPLETE])], ["mpjpe_h.world", "fid.structure"])
+    lines = list(csv.DictReader(io.StringIO(rendering.comma_separated([table]))))
+    assert [(row["structure"], row["method"], row["fid.structure"]) for row in lines] == [
         ("", "m", ""), ("body22", "m", "12.5"),
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
 def test_every_renderer_says_what_n_counts(tmp_path, form):
-    made, _ = groups([store_sets(tmp_path, "m", [WHOLE])], ["fid.structure"])
-    drawn = rendering.RENDERERS[form]([made])
+    table, _ = groups([store_sets(tmp_path, "m", [COMPLETE])], ["fid.structure"])
+    drawn = rendering.RENDERERS[form]([table])
     assert "12.5" in drawn
     assert "8.2" in drawn or form == "csv"
     assert form in ("csv", "json", "tex") or (
@@ -132,7 +134,7 @@ def test_a_set_of_a_metrics_own_has_a_group_with_its_values_alone(tmp_path):
     place = store_sets(
         tmp_path,
         "near",
-        [WHOLE, SetValue("fid", TWO_LEGS, 316, 43, 1.05, 0.5, 1.5, 0.75, "real", "small")],
+        [COMPLETE, SetValue("fid", TWO_LEGS, 316, 43, 1.05, 0.5, 1.5, 0.75, "real", "small")],
     )
     changed(place, set_values={"fid.structure": FID, "fid": {**FID, "metric": "fid"}})
     _, (of_structure, of_people) = groups([place], ["fid.structure", "fid"])
@@ -146,9 +148,9 @@ def test_structures_without_any_value_are_a_sentence(tmp_path):
     few = SetValue(
         "fid.structure", "body23", 30, 4, reason="fid.structure needs 1024 windows in each set, here 30"
     )
-    made, found = groups([store_sets(tmp_path, name, [WHOLE, few]) for name in "ab"], ["fid.structure"])
-    assert [group.title.split(" as ")[0][-6:] for group in found] == ["body22"]
-    assert made.hints == (
+    table, shown = groups([store_sets(tmp_path, name, [COMPLETE, few]) for name in "ab"], ["fid.structure"])
+    assert [group.title.split(" as ")[0][-6:] for group in shown] == ["body22"]
+    assert table.hints == (
         "No values of sets on bodies of these structures: cross body23. "
         "The first: fid.structure needs 1024 windows in each set, here 30.",
     )
@@ -158,25 +160,25 @@ def test_an_unfinished_split_beside_a_finished_one_says_why_it_has_no_value_of_i
     people = SetValue("fid", TWO_LEGS, 316, 43, 1.05, 0.98, 1.12, 0.75, "real", "net")
     place = store_sets(tmp_path, "m", [people])
     changed(place, set_values={"fid": {**FID, "metric": "fid"}})
-    (done,) = (replace(each, bodies="people") for each in summary.split_summaries([place]))
+    (complete,) = (replace(each, bodies="people") for each in summary.split_summaries([place]))
     begun = replace(
-        done,
+        complete,
         split="intra",
         so_far="1 of 2 clips so far",
-        scores=[replace(each, sets=[]) for each in done.scores],
+        scores=[replace(each, sets=[]) for each in complete.scores],
     )
-    _, found = groups_of([done, begun], ["mpjpe_h.world", "fid"])
-    said = [sentence for group in found for sentence in group.below]
-    assert "intra: not shown: FID (computed of all cases, once they are done)" in said
+    _, shown = groups_of([complete, begun], ["mpjpe_h.world", "fid"])
+    sentences = [sentence for group in shown for sentence in group.below]
+    assert "intra: not shown: FID (computed of all cases, once they are done)" in sentences
 
 
 def test_columns_without_any_number_leave_no_legend(tmp_path):
     few = SetValue(
         "fid.structure", "body23", 30, 4, reason="fid.structure needs 1024 windows in each set, here 30"
     )
-    made, found = groups([store_sets(tmp_path, "one", [few])], ["fid.structure"])
-    said = rendering.text([made])
-    assert not found
-    assert "here 30" in said
-    assert "number of cases" not in said
-    assert "Means" not in said
+    table, shown = groups([store_sets(tmp_path, "one", [few])], ["fid.structure"])
+    text = rendering.text([table])
+    assert not shown
+    assert "here 30" in text
+    assert "number of cases" not in text
+    assert "Means" not in text

@@ -36,7 +36,7 @@ def _toys():
 def cell(clips: int = 30, targets: int = 2, seed: int = 0) -> tuple[dict, dict]:
     """Features whose first number names the clip and whose second one the window."""
     random = np.random.default_rng(seed)
-    found, infos = {}, {}
+    features, infos = {}, {}
     for clip in range(clips):
         windows = int(random.integers(3, 12))
         speed = np.sort(random.gamma(1.0, 0.4, windows)).astype(np.float32)
@@ -47,41 +47,41 @@ def cell(clips: int = 30, targets: int = 2, seed: int = 0) -> tuple[dict, dict]:
                     case, "retarget", "intra", f"s{source}", f"t{target}", f"c{clip}", "kind", 100
                 )
                 real = np.stack([np.full(windows, clip), np.arange(windows)], axis=1).astype(np.float32)
-                found[case] = CaseFeatures(real + 0.25 * (source + 1), real, speed)
-    return found, infos
+                features[case] = CaseFeatures(real + 0.25 * (source + 1), real, speed)
+    return features, infos
 
 
 def test_no_clip_is_in_both_halves_and_both_are_equally_large():
-    found, infos = cell()
-    drawn = draw.draw(found, infos)
+    features, infos = cell()
+    drawn = draw.draw(features, infos)
     first, second = (set(half.clips.tolist()) for half in drawn.real)
     assert not first & second
     assert len(drawn.real[0].clips) == len(drawn.real[1].clips) == drawn.n > 0
-    total = sum(len(found[f"toy/s0>t{target}/c{clip}"].speed) for target in (0, 1) for clip in range(30))
+    total = sum(len(features[f"toy/s0>t{target}/c{clip}"].speed) for target in (0, 1) for clip in range(30))
     assert drawn.n > 0.4 * total
-    for real, made in zip(drawn.real, drawn.generated, strict=True):
-        assert (real.clips == made.clips).all()
+    for real, generated in zip(drawn.real, drawn.generated, strict=True):
+        assert (real.clips == generated.clips).all()
         # the same windows of the same clips, from either source
-        shift = made.features - real.features
+        shift = generated.features - real.features
         assert set(np.unique(shift)) == {0.25, 0.5}
         assert len({(*row,) for row in real.features.tolist()}) * 2 >= drawn.n
 
 
 def test_a_window_of_a_target_is_drawn_once_whatever_its_sources():
-    found, infos = cell(targets=1)
-    drawn = draw.draw(found, infos)
+    features, infos = cell(targets=1)
+    drawn = draw.draw(features, infos)
     rows = [tuple(row) for half in drawn.real for row in half.features.tolist()]
     assert len(rows) == len(set(rows))
 
 
 def test_draws_depend_on_names_and_real_motion_alone():
-    found, infos = cell()
-    drawn = draw.draw(found, infos)
-    turned = {case: found[case] for case in reversed(found)}
+    features, infos = cell()
+    drawn = draw.draw(features, infos)
+    turned = {case: features[case] for case in reversed(features)}
     assert draw.draw(turned, infos).hash == drawn.hash
-    other = {case: replace(each, generated=each.generated * 7) for case, each in found.items()}
+    other = {case: replace(each, generated=each.generated * 7) for case, each in features.items()}
     assert draw.draw(other, infos).hash == drawn.hash
-    slower = {case: replace(each, real=each.real + 1) for case, each in found.items()}
+    slower = {case: replace(each, real=each.real + 1) for case, each in features.items()}
     assert draw.draw(slower, infos).hash != drawn.hash
 
 
@@ -89,14 +89,14 @@ def test_windows_are_drawn_evenly_over_root_speed(monkeypatch):
     """Slow windows are ten times as frequent; of those drawn, they are not."""
     monkeypatch.setattr(draw, "MOST", 100)
     random = np.random.default_rng(1)
-    found, infos = {}, {}
+    features, infos = {}, {}
     for clip in range(40):
         case = f"toy/a>b/c{clip}"
         infos[case] = CaseInfo(case, "retarget", "intra", "a", "b", f"c{clip}")
         fast = random.random(50) < 1 / 11
         speed = np.where(fast, random.uniform(0.5, 1.0, 50), random.uniform(0, 0.5, 50)).astype(np.float32)
-        found[case] = CaseFeatures(speed[:, None], speed[:, None], speed)
-    drawn = draw.draw(found, infos)
+        features[case] = CaseFeatures(speed[:, None], speed[:, None], speed)
+    drawn = draw.draw(features, infos)
     assert drawn.n == 100
     share = np.mean([(half.features[:, 0] > 0.5).mean() for half in drawn.real])
     # a window in eleven is fast, but three or four of the ten stretches of speed lie above 0.5
@@ -106,10 +106,10 @@ def test_windows_are_drawn_evenly_over_root_speed(monkeypatch):
 @pytest.mark.parametrize(("counts", "n"), [((5, 5, 5), 9), ((1, 8, 3), 7), ((0, 4, 9), 13), ((2, 2), 3)])
 def test_flat_takes_as_evenly_as_the_bins_allow(counts, n):
     bins = np.repeat(np.arange(len(counts)), counts)
-    taken = np.bincount(bins[draw.flat(bins, n)], minlength=len(counts))
-    assert taken.sum() == n
-    for one, mine in enumerate(taken):
-        assert mine == counts[one] or mine >= taken.max() - 1
+    drawn = np.bincount(bins[draw.flat(bins, n)], minlength=len(counts))
+    assert drawn.sum() == n
+    for one, number in enumerate(drawn):
+        assert number == counts[one] or number >= drawn.max() - 1
 
 
 def test_a_cell_without_windows_draws_nothing():
@@ -218,7 +218,7 @@ def test_the_value_is_that_of_the_stored_predictions(finished):
 
 
 def test_an_interrupted_run_gives_the_same_bytes(finished, tmp_path):
-    whole, _ = finished
+    complete, _ = finished
     stopped = plan(tmp_path, "toy_method")
 
     class EnoughError(Exception):
@@ -231,8 +231,8 @@ def test_an_interrupted_run_gives_the_same_bytes(finished, tmp_path):
     with pytest.raises(EnoughError):
         runner.run(stopped, progress)
     (cut,) = runner.run(stopped, lambda done, total: None)
-    assert cut.sets.read_bytes() == whole.sets.read_bytes()
-    assert cut.rows.read_bytes() == whole.rows.read_bytes()
+    assert cut.sets.read_bytes() == complete.sets.read_bytes()
+    assert cut.rows.read_bytes() == complete.rows.read_bytes()
 
 
 def test_lost_features_of_a_begun_run_are_made_again(tmp_path):

@@ -46,15 +46,15 @@ def corpus(seed: int = 0, clips: int = 20, windows: int = 9, wide: int = 3):
     answers, real = {}, {}
     infos, real_infos = {}, {}
     for number in range(clips):
-        named = np.stack([np.full(windows, number), np.arange(windows), np.zeros(windows)], axis=1)
-        info, found = case(
-            f"a>b/{number}", f"s{number}", named[:, :wide], None, random.gamma(1, 0.4, windows)
+        numbered = np.stack([np.full(windows, number), np.arange(windows), np.zeros(windows)], axis=1)
+        info, case_features = case(
+            f"a>b/{number}", f"s{number}", numbered[:, :wide], None, random.gamma(1, 0.4, windows)
         )
-        answers[info.id], infos[info.id] = found, info
-        info, found = case(
-            f"b>b/{number}", f"r{number}", None, named[:, :wide] + 100, random.gamma(1, 1, windows)
+        answers[info.id], infos[info.id] = case_features, info
+        info, case_features = case(
+            f"b>b/{number}", f"r{number}", None, numbered[:, :wide] + 100, random.gamma(1, 1, windows)
         )
-        real[info.id], real_infos[info.id] = replace(found, generated=found.real), info
+        real[info.id], real_infos[info.id] = replace(case_features, generated=case_features.real), info
     return answers, infos, real, real_infos
 
 
@@ -112,8 +112,8 @@ def finished(tmp_path_factory) -> list[store.ResultPaths]:
 
 def test_values_are_of_the_stored_answers_and_the_real_motion(finished):
     """Worked out here from the data set's motion, half by half, as the definition has it."""
-    found = {(each.value_id, each.structure, each.kind): each for each in set_metrics.read(finished[0])}
-    gap = found["toy_gap", "tall", ""]
+    by_value = {(each.value_id, each.structure, each.kind): each for each in set_metrics.read(finished[0])}
+    gap = by_value["toy_gap", "tall", ""]
     data = bound.dataset(Spec.parse("toy_apart")).built
     metric = registry.create("metrics", Spec.parse("toy_sets"))
     assert gap.n == 18
@@ -154,15 +154,15 @@ def test_values_are_of_the_stored_answers_and_the_real_motion(finished):
 
 
 def test_kinds_stand_apart_and_structures_without_real_motion_say_so(finished):
-    found = {(each.value_id, each.structure, each.kind): each for each in set_metrics.read(finished[0])}
-    assert {key[2] for key in found if key[1] == "tall"} == {"", "hop", "rest"}
+    by_value = {(each.value_id, each.structure, each.kind): each for each in set_metrics.read(finished[0])}
+    assert {key[2] for key in by_value if key[1] == "tall"} == {"", "hop", "rest"}
     for kind in ("hop", "rest"):
-        part = found["toy_gap", "tall", kind]
+        part = by_value["toy_gap", "tall", kind]
         assert part.n == 9  # six clips of three windows, half of the real ones
         assert part.value is not None
         assert (part.low, part.high) == (None, None)  # too few clips of one kind
-    assert found["toy_gap", "small", ""].value is None
-    assert found["toy_gap", "small", ""].reason == (
+    assert by_value["toy_gap", "small", ""].value is None
+    assert by_value["toy_gap", "small", ""].reason == (
         "the data set has no real motion of bodies of structure small in this part"
     )
 
@@ -176,15 +176,15 @@ def test_files_name_the_kind_and_headers_the_legs(finished):
 
 def test_other_clip_takes_real_motion_of_the_target(finished):
     """The small body has none and is not answered; the tall one's answers are its own real motion."""
-    found = {
+    by_value = {
         (each.value_id, each.structure): each for each in set_metrics.read(finished[1]) if not each.kind
     }
-    assert ("toy_gap", "small") not in found
-    assert found["toy_gap", "tall"].value is not None
+    assert ("toy_gap", "small") not in by_value
+    assert by_value["toy_gap", "tall"].value is not None
     data = bound.dataset(Spec.parse("toy_apart")).built
-    asked = data.cases("retarget", "cross")[0]
+    info = data.cases("retarget", "cross")[0]
     method = registry.create("methods", Spec.parse("other_clip"))
-    context = context_for(method, data, data.load(asked), seed=0)
+    context = context_for(method, data, data.load(info), seed=0)
     assert context.reference is None
     assert len(context.other_clips) == 12
     shown = data.load(data.real("retarget", "tall")[0]).reference
@@ -193,10 +193,10 @@ def test_other_clip_takes_real_motion_of_the_target(finished):
 
 def test_data_without_real_motion_say_why_there_is_no_value():
     data = bound.dataset(Spec.parse("toy_apart")).built
-    found = data.load(data.cases("retarget", "cross")[0])
+    loaded = data.load(data.cases("retarget", "cross")[0])
     metric = registry.create("metrics", Spec.parse("toy_sets"))
-    answer = found.target.motion(found.source.rotations, found.source.root, found.source.fps)
-    members, faults = collect([metric], found, answer)
+    answer = loaded.target.motion(loaded.source.rotations, loaded.source.root, loaded.source.fps)
+    members, faults = collect([metric], loaded, answer)
     assert members["toy_sets"].reason == NO_REFERENCE
     assert not faults
-    assert collect([metric], found, answer, elsewhere=True)[0]["toy_sets"].features is not None
+    assert collect([metric], loaded, answer, elsewhere=True)[0]["toy_sets"].features is not None

@@ -76,16 +76,16 @@ def test_what_a_run_does_not_see_the_next_one_takes_up(tmp_path, monkeypatch):
     monkeypatch.setitem(executors.ENGINES, "interrupted", Interrupted)
     with pytest.raises(KeyboardInterrupt):
         run(tmp_path / "again", "interrupted")
-    asked = []
-    runner.run(plan(tmp_path / "again"), lambda done, total: asked.append(total))
-    assert set(asked) <= {0}
+    totals = []
+    runner.run(plan(tmp_path / "again"), lambda done, total: totals.append(total))
+    assert set(totals) <= {0}
     assert executing.files(tmp_path / "again") == run(tmp_path / "local")
 
 
 def test_damaged_answers_are_computed_anew(tmp_path):
-    made = stored(tmp_path / "again")
-    (made.folder / "parts").mkdir()
-    (made.folder / "parts" / "0-torn.jsonl").write_text("[0, {")
+    stored_plan = stored(tmp_path / "again")
+    (stored_plan.folder / "parts").mkdir()
+    (stored_plan.folder / "parts" / "0-torn.jsonl").write_text("[0, {")
     assert run(tmp_path / "again") == run(tmp_path / "local")
 
 
@@ -125,29 +125,29 @@ def test_a_shard_that_ends_without_its_answers_is_lost(tmp_path, monkeypatch):
 
 
 def test_a_machine_with_other_code_versions_or_data_says_so(tmp_path):
-    made = stored(tmp_path)
-    path = made.folder / "plan.json"
+    stored_plan = stored(tmp_path)
+    path = stored_plan.folder / "plan.json"
     facts = json.loads(path.read_text())
     for name in ("numpy", "method copy_rotations", "data set toy_cases"):
         path.write_text(json.dumps(facts | {"common": facts["common"] | {name: "other"}}))
         with pytest.raises(BenchError, match=rf"has {name} .* where the run was planned with other; all"):
-            shard_work.ShardWork(made.folder, tmp_path, check=True)
+            shard_work.ShardWork(stored_plan.folder, tmp_path, check=True)
 
 
 def test_errors_of_stored_plans_are_sentences(tmp_path):
-    made = stored(tmp_path)
+    stored_plan = stored(tmp_path)
     with pytest.raises(BenchError, match="has no shard 99"):
-        made.tasks(99)
+        stored_plan.tasks(99)
     with pytest.raises(FileError, match="is not part of a stored plan"):
         StoredPlan(tmp_path / "nowhere" / "x").tasks(0)
-    path = made.folder / "plan.json"
+    path = stored_plan.folder / "plan.json"
     facts = json.loads(path.read_text())
     path.write_text(json.dumps(facts | {"plan": {**facts["plan"], "strange": 1}}))
     with pytest.raises(FileError, match="another version of retarget-bench"):
-        StoredPlan(made.folder).plan  # noqa: B018
+        StoredPlan(stored_plan.folder).plan  # noqa: B018
     path.unlink()
     with pytest.raises(BenchError, match="is gone: its run has ended"):
-        made.writer(0)
+        stored_plan.writer(0)
 
 
 def test_paths_of_data_are_stored_in_full(tmp_path, monkeypatch):
@@ -171,8 +171,10 @@ class Split:
 
     @cached_property
     def infos(self):
-        named = ((str(number), frames) for number, frames in enumerate(self.lengths))
-        return [CaseInfo(name, "retarget", "cross", "a", "b", name, "", frames) for name, frames in named]
+        numbered = ((str(number), frames) for number, frames in enumerate(self.lengths))
+        return [
+            CaseInfo(name, "retarget", "cross", "a", "b", name, "", frames) for name, frames in numbered
+        ]
 
     @cached_property
     def batches(self):
@@ -191,14 +193,16 @@ def test_shards_hold_all_that_is_lacking_once_and_none_is_too_large(lengths, don
     answered = {str(number) for number in done}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(shards, "LARGEST", largest)
-        made = list(shards.cut({units[0]: answered, units[1]: ()}))
-    found = [(u, c) for shard in made for task in shard for u, mine in task.lacking.items() for c in mine]
+        parts = list(shards.cut({units[0]: answered, units[1]: ()}))
+    assigned = [
+        (u, c) for shard in parts for task in shard for u, cases in task.lacking.items() for c in cases
+    ]
     ids = [str(number) for number in range(len(lengths))]
-    assert sorted(found) == sorted([(0, c) for c in ids if c not in answered] + [(1, c) for c in ids])
-    for shard in made:
-        sizes = [sum(lengths[int(c)] for mine in task.lacking.values() for c in mine) for task in shard]
+    assert sorted(assigned) == sorted([(0, c) for c in ids if c not in answered] + [(1, c) for c in ids])
+    for shard in parts:
+        sizes = [sum(lengths[int(c)] for cases in task.lacking.values() for c in cases) for task in shard]
         assert len(shard) == 1 or sum(sizes) <= largest
-        assert all(set(mine) <= set(task.cases) for task in shard for mine in task.lacking.values())
+        assert all(set(cases) <= set(task.cases) for task in shard for cases in task.lacking.values())
 
 
 # ------------------------------------------------------------------------------------------------- options

@@ -38,8 +38,8 @@ def run(root: Path, *methods: str, timed: bool = False, **changes) -> list[store
 
 def files(root: Path) -> dict[str, bytes]:
     """What a run leaves, but headers, which hold dates and times."""
-    found = (path for path in root.rglob("*") if path.is_file() and path.suffix in (".csv", ".npz"))
-    return {path.relative_to(root).as_posix(): path.read_bytes() for path in found}
+    paths = (path for path in root.rglob("*") if path.is_file() and path.suffix in (".csv", ".npz"))
+    return {path.relative_to(root).as_posix(): path.read_bytes() for path in paths}
 
 
 def table(capsys, *arguments: object) -> str:
@@ -56,7 +56,7 @@ def infos(*clips: str) -> list[CaseInfo]:
 
 
 @pytest.mark.parametrize(
-    ("patterns", "limit", "kept"),
+    ("patterns", "limit", "expected"),
     [
         ((), 2, {"walk", "Run [fast]"}),
         ((), 9, {"walk", "walk back", "Run [fast]", "jump"}),
@@ -66,10 +66,10 @@ def infos(*clips: str) -> list[CaseInfo]:
         (("nothing",), 0, set()),
     ],
 )
-def test_clips_are_chosen_with_all_their_pairs(patterns, limit, kept):
-    found = chosen(infos("walk", "walk back", "Run [fast]", "jump"), patterns, limit)
-    assert {info.clip for info in found} == kept
-    assert len(found) == 2 * len(kept)
+def test_clips_are_chosen_with_all_their_pairs(patterns, limit, expected):
+    selected = chosen(infos("walk", "walk back", "Run [fast]", "jump"), patterns, limit)
+    assert {info.clip for info in selected} == expected
+    assert len(selected) == 2 * len(expected)
 
 
 def test_a_whole_run_goes_on_from_one_of_some_clips(tmp_path):
@@ -77,30 +77,33 @@ def test_a_whole_run_goes_on_from_one_of_some_clips(tmp_path):
     assert not some.complete
     assert store.find_results(tmp_path / "some") == [some]
     assert len(list((some.folder / some.method).glob("*.npz"))) == 4  # two clips, two pairs
-    kept = {path: path.stat().st_mtime_ns for path in (some.folder / some.method).glob("*.npz")}
-    (whole,) = run(tmp_path / "some")
-    assert {path: path.stat().st_mtime_ns for path in kept} == kept
-    assert (whole.complete, whole.journal.exists()) == (True, False)
+    times = {path: path.stat().st_mtime_ns for path in (some.folder / some.method).glob("*.npz")}
+    (complete,) = run(tmp_path / "some")
+    assert {path: path.stat().st_mtime_ns for path in times} == times
+    assert (complete.complete, complete.journal.exists()) == (True, False)
     run(tmp_path / "all")
     assert files(tmp_path / "some") == files(tmp_path / "all")
 
 
 def test_numbers_are_over_the_clips_that_are_there(tmp_path):
     places = run(tmp_path, "toy_method", "copy_rotations", clips=("clip 1", "clip 3"))
-    (found,) = split_summaries(places, select=Selection())
-    assert (found.so_far, found.clip_count) == ("2 of 5 clips so far", 2)
-    assert {(score.ok, score.asked) for score in found.scores} == {(4, 4)}
-    whole = run(tmp_path / "whole", "toy_method", "copy_rotations")
-    (over_all,) = split_summaries(whole)
-    one, other = (each.scores[0].means[VALUE] for each in (found, over_all))
+    (split_summary,) = split_summaries(places, select=Selection())
+    assert (split_summary.so_far, split_summary.clip_count) == ("2 of 5 clips so far", 2)
+    assert {(score.ok, score.asked) for score in split_summary.scores} == {(4, 4)}
+    complete = run(tmp_path / "whole", "toy_method", "copy_rotations")
+    (over_all,) = split_summaries(complete)
+    one, other = (each.scores[0].means[VALUE] for each in (split_summary, over_all))
     assert (one.n, other.n) == (4, 10)
 
 
 def test_a_table_is_over_the_clips_that_all_of_its_methods_have(tmp_path):
     places = [*run(tmp_path, "copy_rotations"), *run(tmp_path, limit=1)]
-    (found,) = split_summaries(places, select=Selection())
-    assert {score.label: score.ok for score in found.scores} == {"copy_rotations": 2, "toy_method": 2}
-    assert found.so_far == "1 of 5 clips so far of toy_method"
+    (split_summary,) = split_summaries(places, select=Selection())
+    assert {score.label: score.ok for score in split_summary.scores} == {
+        "copy_rotations": 2,
+        "toy_method": 2,
+    }
+    assert split_summary.so_far == "1 of 5 clips so far of toy_method"
     (alone,) = split_summaries(places, select=Selection(("copy_rotations",)))
     assert (alone.so_far, alone.scores[0].ok) == ("", 10)
 
@@ -117,11 +120,11 @@ def test_what_a_run_has_begun_replaces_older_results_until_those_count_again(tmp
     (place,) = run(tmp_path)
     before = {**files(tmp_path), "header": place.header.read_bytes()}
     run(tmp_path, metrics=("position", "contact_speed"), limit=1)
-    (found,) = split_summaries([place], select=Selection())
-    assert found.so_far == "1 of 5 clips so far"
+    (split_summary,) = split_summaries([place], select=Selection())
+    assert split_summary.so_far == "1 of 5 clips so far"
     assert len(store.read_header(place.any_header).metrics) == 2
-    (found,) = split_summaries(run(tmp_path), select=Selection())
-    assert (found.so_far, found.scores[0].ok) == ("", 10)
+    (split_summary,) = split_summaries(run(tmp_path), select=Selection())
+    assert (split_summary.so_far, split_summary.scores[0].ok) == ("", 10)
     assert {**files(tmp_path), "header": place.header.read_bytes()} == before
 
 
@@ -130,8 +133,8 @@ def test_the_case_list_is_of_the_data_that_a_run_has_begun_with(tmp_path):
     (place,) = run(tmp_path)
     store.write_cases(place, infos("walk"))  # as of other data
     run(tmp_path, overwrite="always", limit=1)
-    (found,) = split_summaries([place], select=Selection())
-    assert (found.so_far, found.scores[0].ok) == ("1 of 5 clips so far", 2)
+    (split_summary,) = split_summaries([place], select=Selection())
+    assert (split_summary.so_far, split_summary.scores[0].ok) == ("1 of 5 clips so far", 2)
 
 
 def test_a_run_of_clips_that_are_all_is_a_whole_run(tmp_path):
@@ -165,21 +168,21 @@ def test_no_clip_at_all_is_refused_by_the_command(tmp_path, capsys):
     with pytest.raises(SystemExit) as stop:
         main(["run", "ik", "--clips", ",", "--out", str(tmp_path)])
     assert stop.value.code == 2
-    assert "',' names no clip; leave it out for all of them" in capsys.readouterr().err
+    assert "clips: ',' names nothing; leave it out for all" in capsys.readouterr().err
 
 
 def test_the_commands(tmp_path, capsys):
     toy = HERE / "toys" / "toy_method.py"
     common = ("-d", HERE / "toys" / "toy_cases.py", "-s", "cross", "--out", tmp_path, "-j", "1")
-    said = table(capsys, "run", "--stage", "predict", toy, "--clips", "clip 0", *common)
-    assert said.startswith("2 predictions in")
-    assert "These are of some clips" in said
+    output = table(capsys, "run", "--stage", "predict", toy, "--clips", "clip 0", *common)
+    assert output.startswith("2 predictions in")
+    assert "These are of some clips" in output
     for stage in ("score", "run"):
-        said = table(
+        output = table(
             capsys, "run", "--stage", stage, "toy_method", "--metrics", "position", "--limit", "1", *common
         )
-        assert "cross: 1 of 3 clips so far." in said
-        assert "A run without --clips and --limit does the rest" in said
+        assert "cross: 1 of 3 clips so far." in output
+        assert "A run without --clips and --limit does the rest" in output
     assert "cross: 1 of 3 clips so far." in table(capsys, "table", "-r", tmp_path)
-    said = table(capsys, "run", "toy_method", "--metrics", "position", *common)
-    assert "so far" not in said
+    output = table(capsys, "run", "toy_method", "--metrics", "position", *common)
+    assert "so far" not in output

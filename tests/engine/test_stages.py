@@ -41,7 +41,7 @@ class Stage:
 
 plugin = Stage
 '''
-WHOLE = '''"""Does what its stage does."""
+SOURCE = '''"""Does what its stage does."""
 
 from retarget_bench.api import MethodCard
 from retarget_bench.plugins import registry
@@ -70,7 +70,7 @@ plugin = Whole
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
     monkeypatch.chdir(tmp_path)
-    for name, text in (("stage", STAGE), ("whole", WHOLE)):
+    for name, text in (("stage", STAGE), ("whole", SOURCE)):
         (tmp_path / f"{name}.py").write_text(text.replace("NUMBER", "1"))
         registry.add_file(tmp_path / f"{name}.py")
     plan.forget()
@@ -93,11 +93,11 @@ def test_weights_of_a_stage_go_by_what_they_hold(folder: Path) -> None:
     for name in ("here", "there"):
         (folder / name).write_text("abc")
     shipped = Spec("whole")
-    asked = [Spec("whole", {"stage": name}) for name in ("here", "there")]
-    assert [str(bound.method(each).known_as) for each in asked] == ["whole[stage=local-abc]"] * 2
+    specs = [Spec("whole", {"stage": name}) for name in ("here", "there")]
+    assert [str(bound.method(each).known_as) for each in specs] == ["whole[stage=local-abc]"] * 2
     assert bound.method(shipped).known_as == bound.method(shipped).located == shipped
-    assert bound.method(asked[0]).located.parameters == {"stage": str(folder / "here")}
-    assert bound.method(bound.method(asked[0]).located).located == bound.method(asked[0]).located
+    assert bound.method(specs[0]).located.parameters == {"stage": str(folder / "here")}
+    assert bound.method(bound.method(specs[0]).located).located == bound.method(specs[0]).located
 
 
 @pytest.mark.parametrize(

@@ -62,10 +62,10 @@ def test_all_flips_agree_with_scipys_permutation_test(clips):
     def statistic(values: np.ndarray, axis: int) -> np.ndarray:
         return np.apply_along_axis(lambda row: plain(row.tolist()), axis, values)
 
-    found = stats.permutation_test(
+    result = stats.permutation_test(
         (differences,), statistic, permutation_type="samples", n_resamples=np.inf, alternative="greater"
     )
-    assert statistics.sign_flip(differences[None])[0] == found.pvalue
+    assert statistics.sign_flip(differences[None])[0] == result.pvalue
 
 
 def test_drawn_flips_come_close_to_all_flips():
@@ -107,15 +107,15 @@ def test_no_difference_is_no_alarm():
 def test_without_skew_the_interval_is_that_of_student():
     half = np.random.default_rng(0).normal(size=12)
     mirrored = np.concatenate([5 + half, 5 - half])
-    (found,) = statistics.mean_intervals(mirrored[None])
+    (interval,) = statistics.mean_intervals(mirrored[None])
     expected = stats.t.interval(0.95, 23, mirrored.mean(), stats.sem(mirrored))
-    assert (found.low, found.high) == pytest.approx(expected, rel=1e-9)
+    assert (interval.low, interval.high) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("clips", [10, 37, 200])
 def test_with_skew_the_ends_solve_halls_equation(clips):
     sample = np.random.default_rng(clips).gamma(0.7, 2.0, clips)
-    (found,) = statistics.mean_intervals(sample[None])
+    (interval,) = statistics.mean_intervals(sample[None])
     g, root = stats.skew(sample), math.sqrt(clips)
 
     def transformed(mean: float) -> float:
@@ -126,7 +126,7 @@ def test_with_skew_the_ends_solve_halls_equation(clips):
     far = 50 * sample.std()
     low = optimize.brentq(lambda m: transformed(m) - q, sample.mean() - far, sample.mean() + far)
     high = optimize.brentq(lambda m: transformed(m) + q, sample.mean() - far, sample.mean() + far)
-    assert (found.low, found.high) == pytest.approx((low, high), rel=1e-9)
+    assert (interval.low, interval.high) == pytest.approx((low, high), rel=1e-9)
 
 
 def test_intervals_are_withheld_below_ten_clips():
@@ -141,9 +141,9 @@ def test_intervals_are_withheld_below_ten_clips():
 def test_missing_clips_are_as_if_they_were_not_there():
     means = np.random.default_rng(1).gamma(1.0, 1.0, (1, 30))
     means[0, ::4] = np.nan
-    (found,) = statistics.mean_intervals(means)
+    (interval,) = statistics.mean_intervals(means)
     (expected,) = statistics.mean_intervals(means[:, ~np.isnan(means[0])])
-    assert (found.low, found.high) == pytest.approx((expected.low, expected.high), rel=1e-12)
+    assert (interval.low, interval.high) == pytest.approx((expected.low, expected.high), rel=1e-12)
 
 
 def test_equal_means_have_an_interval_of_no_width():
@@ -154,9 +154,9 @@ def test_equal_means_have_an_interval_of_no_width():
 @pytest.mark.parametrize("clips", [10, 13, 30])
 def test_paired_intervals_hold_what_the_test_does_not_reject(clips):
     differences = np.random.default_rng(clips).gamma(1.0, 1.0, (6, clips)) - 0.8
-    for row, found in zip(differences, statistics.paired_intervals(differences), strict=True):
+    for row, interval in zip(differences, statistics.paired_intervals(differences), strict=True):
         error = row.std(ddof=1) / math.sqrt(clips)
-        for end, inwards in ((found.low, 1), (found.high, -1)):
+        for end, inwards in ((interval.low, 1), (interval.high, -1)):
             inside, outside = (row - end - step * inwards * error for step in (0.01, -0.01))
             assert statistics.sign_flip(inside[None])[0] >= statistics.ALPHA
             assert statistics.sign_flip(outside[None])[0] < statistics.ALPHA
@@ -164,8 +164,8 @@ def test_paired_intervals_hold_what_the_test_does_not_reject(clips):
 
 def test_means_per_clip_weigh_cases_within_clips_only():
     numbers = np.array([[1.0, 3.0, 10.0, np.nan, np.nan], [1.0, np.nan, 2.0, 4.0, 6.0]])
-    found = statistics.per_clip(numbers, np.array([0, 0, 1, 1, 2]))
-    np.testing.assert_array_equal(found, [[2.0, 10.0, np.nan], [1.0, 3.0, 6.0]])
+    clip_means = statistics.per_clip(numbers, np.array([0, 0, 1, 1, 2]))
+    np.testing.assert_array_equal(clip_means, [[2.0, 10.0, np.nan], [1.0, 3.0, 6.0]])
 
 
 # ------------------------------------------------------------------------------------------ many tests
@@ -205,9 +205,9 @@ def test_methods_are_compared_with_the_best_in_the_family_of_all_that_are_left(s
         pairs = np.array([means[one] - means[two] for one, two in itertools.combinations(sorted(left), 2)])
         above = expected[row] = max(above, greatest(pairs, sizes[row]))
         left -= {row}
-    found = statistics.against_best(means)
-    assert found[0] == best
-    np.testing.assert_allclose(found[1], expected, rtol=1e-12)
+    ranked = statistics.against_best(means)
+    assert ranked[0] == best
+    np.testing.assert_allclose(ranked[1], expected, rtol=1e-12)
 
 
 def test_a_value_that_says_the_same_again_costs_nothing_and_one_of_its_own_does():
@@ -251,9 +251,9 @@ def test_what_is_within_the_tolerance_is_no_difference():
 
 
 def test_values_best_at_a_goal_count_by_their_factor_from_it():
-    found = statistics.losses(np.array([4.0, 1.0, 2.0, 0.0, -1.0, 1e9, np.nan]), "target", 2.0)
+    losses = statistics.losses(np.array([4.0, 1.0, 2.0, 0.0, -1.0, 1e9, np.nan]), "target", 2.0)
     far = math.log(statistics.FARTHEST_RATIO)
-    assert found.tolist() == pytest.approx(
+    assert losses.tolist() == pytest.approx(
         [math.log(2), math.log(2), 0, far, far, far, math.nan], nan_ok=True
     )
     assert statistics.losses(np.array([1.0]), "higher").tolist() == [-1.0]
@@ -280,9 +280,9 @@ def test_rare_failures_are_seen_from_74_clips_on():
 def test_clips_for_power_give_the_power_of_students_test(clips, times, p):
     """The size of the effect that gives this p to Student's paired test; its power by noncentral t."""
     effect = stats.t.isf(p / 2, clips - 1) / math.sqrt(clips)
-    found = statistics.clips_for_power(p, times * p, clips)
-    critical = stats.t.isf(statistics.ALPHA / times / 2, found - 1)
-    power = stats.nct.sf(critical, found - 1, effect * math.sqrt(found))
+    needed = statistics.clips_for_power(p, times * p, clips)
+    critical = stats.t.isf(statistics.ALPHA / times / 2, needed - 1)
+    power = stats.nct.sf(critical, needed - 1, effect * math.sqrt(needed))
     assert power == pytest.approx(statistics.POWER, abs=0.05)
 
 
@@ -329,10 +329,10 @@ def failing(clips: int, repeats: int) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("clips", [13, 43])
 def test_false_alarms_by_rare_failures_are_samples_without_any(clips):
-    p, seen = failing(clips, 800)
-    assert (p[seen] < 0.05).mean() <= 0.05
-    assert (p[~seen] < 0.05).mean() >= 0.7
-    assert (~seen).mean() == pytest.approx((1 - statistics.RARE) ** clips, abs=0.06)
+    p, without_failures = failing(clips, 800)
+    assert (p[without_failures] < 0.05).mean() <= 0.05
+    assert (p[~without_failures] < 0.05).mean() >= 0.7
+    assert (~without_failures).mean() == pytest.approx((1 - statistics.RARE) ** clips, abs=0.06)
 
 
 @pytest.mark.slow
@@ -341,25 +341,25 @@ def test_verdicts_without_reserve_hold_with_rare_failures(clips):
     assert (failing(clips, REPEATS)[0] < 0.05).mean() <= 0.06
 
 
-@pytest.mark.parametrize(("share", "told"), [(0.1, 0.309), (0.2, 0.827)])
-def test_methods_that_differ_are_told_apart_as_often_as_the_docs_say(share, told):
+@pytest.mark.parametrize(("share", "documented"), [(0.1, 0.309), (0.2, 0.827)])
+def test_methods_that_differ_are_told_apart_as_often_as_the_docs_say(share, documented):
     """Errors smaller by this share, 43 clips: docs/tables.md, with other random numbers."""
     repeats = 1000
     first, second = errors(np.random.default_rng(6), repeats, 43, (OWN, OWN))
-    found = (statistics.sign_flip(first - (1 - share) * second) < 0.05).mean()
-    assert found == pytest.approx(told, abs=4 * math.sqrt(told * (1 - told) / repeats))
+    power = (statistics.sign_flip(first - (1 - share) * second) < 0.05).mean()
+    assert power == pytest.approx(documented, abs=4 * math.sqrt(documented * (1 - documented) / repeats))
 
 
 def test_intervals_cover_the_truth_nineteen_times_in_twenty():
     (means,) = errors(np.random.default_rng(2), REPEATS, 50, (OWN,))
-    covered = [found.low <= 1 <= found.high for found in statistics.mean_intervals(means)]
+    covered = [interval.low <= 1 <= interval.high for interval in statistics.mean_intervals(means)]
     assert 0.94 <= np.mean(covered) <= 0.96
 
 
 def test_equal_methods_share_the_first_place_in_nineteen_tables_of_twenty():
     """Of eight equal methods somebody is told from the best."""
-    made = errors(np.random.default_rng(4), 400, 50, (OWN,) * 8)
+    samples = errors(np.random.default_rng(4), 400, 50, (OWN,) * 8)
     separated = [
-        statistics.against_best(made[:, table])[1].min() < statistics.ALPHA for table in range(400)
+        statistics.against_best(samples[:, table])[1].min() < statistics.ALPHA for table in range(400)
     ]
     assert 0.03 <= np.mean(separated) <= 0.07

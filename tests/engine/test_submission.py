@@ -20,11 +20,11 @@ from retarget_bench.tables.rendering import RENDERERS
 pytestmark = pytest.mark.usefixtures("in_process")
 
 
-def test_what_is_left_to_fill_in_is_found_and_nothing_else(made: Path, sound: Path) -> None:
-    (found,) = errors(made)
+def test_what_is_left_to_fill_in_is_found_and_nothing_else(unfilled: Path, sound: Path) -> None:
+    (error,) = errors(unfilled)
     left = ["authors", "licence", "training", "limits"]
     costs = ["parameters", "training_hours", "peak_memory_mb", "lookahead_frames"]
-    assert found.endswith(f"card.toml: is still to be filled in: {', '.join(left + costs)}")
+    assert error.endswith(f"card.toml: is still to be filled in: {', '.join(left + costs)}")
     assert check(sound) == ([], [])
 
 
@@ -32,20 +32,20 @@ def test_the_speed_is_that_of_the_results(tmp_path: Path, sound: Path, runs: Pat
     (place,) = (p for p in store.find_results(runs) if (p.method, p.split) == ("ik", "cross"))
     assert read(sound).frames_per_second == float(f"{timing.rate(timing.read(place)):.3g}") > 100
     shutil.copytree(runs, tmp_path / "runs", ignore=shutil.ignore_patterns("*.timing.csv"))
-    (found,) = errors(make(tmp_path / "ik", tmp_path / "runs", "ik"))
-    assert found.endswith(", frames_per_second")
+    (error,) = errors(make(tmp_path / "ik", tmp_path / "runs", "ik"))
+    assert error.endswith(", frames_per_second")
 
 
 def test_every_mistake_in_the_card_is_said_at_once(sound: Path) -> None:
     rewrite(sound / CARD, "parameters = 0", 'parameters = "none"')
     rewrite(sound / CARD, "authors = ", "author = ")
-    (said,) = errors(sound)
+    (error,) = errors(sound)
     for field in ("parameters", "authors", "author"):
-        assert f" {field}: " in said
+        assert f" {field}: " in error
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [
         ("no card", "card.toml: is missing"),
         ("newer", "Upgrade retarget-bench"),
@@ -61,7 +61,7 @@ def test_every_mistake_in_the_card_is_said_at_once(sound: Path) -> None:
         ("not complete", "retarget intra: the results are not complete"),
     ],
 )
-def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
+def test_what_is_wrong_is_said(sound: Path, name: str, message: str) -> None:
     unchecked(sound)
     rows, header = some(sound, "intra", ".csv"), some(sound, "intra", ".json")
     facts = json.loads(header.read_text(encoding="utf-8"))
@@ -98,7 +98,7 @@ def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
         rewrite(header, "toy-1-3", "toy-1-2")
     else:
         rewrite(header, '"name": "toy_cases"', '"name": "bows"')
-    assert any(told in text for text in errors(sound)), errors(sound)
+    assert any(message in text for text in errors(sound)), errors(sound)
 
 
 def test_predictions_made_elsewhere_are_submitted_by_their_scores(tmp_path: Path, runs: Path) -> None:
@@ -106,16 +106,16 @@ def test_predictions_made_elsewhere_are_submitted_by_their_scores(tmp_path: Path
     (tmp_path / "theirs").mkdir()
     for path in runs.glob("*/retarget/*/ik/*.npz"):
         shutil.copy(path, tmp_path / "theirs")
-    asked = ("--name", "theirs", "-d", "toy_cases", "--out", str(tmp_path / "scored"))
-    assert bench("score", str(tmp_path / "theirs"), *asked) == 0
+    options = ("--name", "theirs", "-d", "toy_cases", "--out", str(tmp_path / "scored"))
+    assert bench("score", str(tmp_path / "theirs"), *options) == 0
     folder = make(tmp_path / "made", tmp_path / "scored", "theirs")
     filled_in(folder)
     assert errors(folder) == []
-    found = list(folder.glob("*/retarget/*/theirs.csv"))
-    assert len(found) == 2
-    for path in found:
-        (ours,) = runs.glob(f"*/retarget/{path.parent.name}/ik.csv")
-        assert path.read_bytes() == ours.read_bytes()
+    paths = list(folder.glob("*/retarget/*/theirs.csv"))
+    assert len(paths) == 2
+    for path in paths:
+        (own,) = runs.glob(f"*/retarget/{path.parent.name}/ik.csv")
+        assert path.read_bytes() == own.read_bytes()
 
 
 def test_the_leaderboard_shows_quality_and_cost(sound: Path, runs: Path) -> None:
@@ -124,9 +124,9 @@ def test_the_leaderboard_shows_quality_and_cost(sound: Path, runs: Path) -> None
     rewrite(root / "copy" / CARD, 'lookahead_frames = "clip"', "lookahead_frames = 0")
     rewrite(root / "copy" / CARD, "parameters = 0", "parameters = 1234567")
     make(root / "unfinished", runs, "ik")
-    (made, cost), left_out = leaderboard(root)
+    (table, cost), left_out = leaderboard(root)
     assert [text for text in left_out if text.startswith("unfinished is left out")] == left_out != []
-    group = next(group for group in made.groups if group.split == "intra")
+    group = next(group for group in table.groups if group.split == "intra")
     shown = {row.label: dict(zip(group.columns, row.cells, strict=True)) for row in group.rows}
     assert set(shown) == {"copy_rotations", "ik"}
     assert all(
@@ -143,11 +143,11 @@ def test_the_leaderboard_shows_quality_and_cost(sound: Path, runs: Path) -> None
         cell.text for column, cell in zip(COSTS, ik.cells, strict=True) if column.id == "lookahead_frames"
     ] == ["clip"]
     for form, render in RENDERERS.items():
-        page = render([made, cost])
+        page = render([table, cost])
         for words in ("parameters", "look-ahead") if form != "csv" else ("parameters", "inf"):
             assert words in page, form
     for words in ("A. Author", "unfinished is left out"):
-        assert words in RENDERERS["html"]([made, cost])
+        assert words in RENDERERS["html"]([table, cost])
 
 
 def test_the_command(sound: Path, runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -177,9 +177,9 @@ def test_the_command(sound: Path, runs: Path, tmp_path: Path, capsys: pytest.Cap
         ("submit", str(tmp_path), "--board", "-o", "x.doc"): "ends in .html",
         ("submit", str(tmp_path), "--board"): "holds no submissions",
     }
-    for arguments, told in wrong.items():
+    for arguments, message in wrong.items():
         assert bench(*arguments) == 2
-        assert told in capsys.readouterr().err
+        assert message in capsys.readouterr().err
 
 
 def test_all_seeds_are_submitted_with_the_predictions_of_each(tmp_path: Path) -> None:
@@ -193,8 +193,8 @@ def test_all_seeds_are_submitted_with_the_predictions_of_each(tmp_path: Path) ->
     stored = [path for path in headers[0].parent.iterdir() if path.is_dir()]
     assert len(stored) == 3
     assert errors(folder) == []
-    (made, _), _ = leaderboard(folder.parent)
-    (group,) = made.groups
+    (table, _), _ = leaderboard(folder.parent)
+    (group,) = table.groups
     assert [row.label for row in group.rows] == ["toy_method[does=noise]"]
     assert any(cell.spread is not None for cell in group.rows[0].cells)
     one, other = stored[:2]
@@ -211,9 +211,9 @@ def test_results_of_two_data_sets_are_no_submission(
     shutil.copytree(data, tmp_path / "runs" / "another")
     assert len(store.find_results(tmp_path / "runs")) == 8
     assert bench("submit", str(tmp_path / "ik"), "--make", "ik", "--results", str(tmp_path / "runs")) == 2
-    said = " ".join(capsys.readouterr().err.split())
-    assert "on several data sets: another (toy_cases), toy_cases." in said
-    assert "name it: -d" in said
+    output = " ".join(capsys.readouterr().err.split())
+    assert "on several data sets: another (toy_cases), toy_cases." in output
+    assert "name it: -d" in output
     make(tmp_path / "ik", tmp_path / "runs", "ik", "-d", "another")
     assert {path.name for path in (tmp_path / "ik").iterdir()} == {"another", CARD}
 
@@ -226,13 +226,13 @@ def test_a_method_is_found_however_it_is_written(tmp_path: Path, runs: Path) -> 
 
 def test_paper_and_licence_are_copied_from_the_card(tmp_path: Path) -> None:
     text = (TOYS / "toy_method.py").read_text()
-    told = 'summary="toy",\n            paper="Toys, 2026",\n            licence="MIT",'
+    fields = 'summary="toy",\n            paper="Toys, 2026",\n            licence="MIT",'
     assert 'summary="toy",' in text
     plugin = tmp_path / "licensed_method.py"
-    plugin.write_text(text.replace('summary="toy",', told).replace('"toy_method"', '"licensed_method"'))
+    plugin.write_text(text.replace('summary="toy",', fields).replace('"toy_method"', '"licensed_method"'))
     runs = tmp_path / "runs"
-    asked = ("-d", str(TOYS / "toy_cases.py"), "-s", "intra", "--metrics", "position", "--out", str(runs))
-    assert bench("run", str(plugin), *asked) == 0
+    options = ("-d", str(TOYS / "toy_cases.py"), "-s", "intra", "--metrics", "position", "--out", str(runs))
+    assert bench("run", str(plugin), *options) == 0
     card = read(filled_in(make(tmp_path / "made", runs, "licensed_method")))
     assert (card.paper, card.licence, card.authors) == ("Toys, 2026", "MIT", ["A. Author"])
 
@@ -241,12 +241,12 @@ def test_results_that_are_not_complete_are_no_submission(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     runs = str(tmp_path / "runs")
-    asked = ("-d", str(TOYS / "toy_cases.py"), "-s", "intra", "--metrics", "position", "--out", runs)
-    assert bench("run", "copy_rotations", "--limit", "1", *asked) == 0
-    for method, told in (
+    options = ("-d", str(TOYS / "toy_cases.py"), "-s", "intra", "--metrics", "position", "--out", runs)
+    assert bench("run", "copy_rotations", "--limit", "1", *options) == 0
+    for method, message in (
         ("copy_rotations", "the results of copy_rotations are not complete; a run without clips and limit"),
         ("ik", "no results of 'ik' here; there are those of copy_rotations"),
     ):
         assert bench("submit", str(tmp_path / "made"), "--make", method, "--results", runs) == 2
-        assert told in " ".join(capsys.readouterr().err.split())
+        assert message in " ".join(capsys.readouterr().err.split())
         assert not (tmp_path / "made").exists()

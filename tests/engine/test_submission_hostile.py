@@ -248,33 +248,33 @@ def sealed(sound: Path) -> None:
         path.write_text(json.dumps(facts), encoding="utf-8")
 
 
-@pytest.mark.parametrize(("change", "told"), HOSTILE, ids=lambda each: getattr(each, "__name__", ""))
-def test_hostile_files_are_findings(sound: Path, change: Callable[[Path], None], told: str) -> None:
+@pytest.mark.parametrize(("change", "message"), HOSTILE, ids=lambda each: getattr(each, "__name__", ""))
+def test_hostile_files_are_findings(sound: Path, change: Callable[[Path], None], message: str) -> None:
     change(sound)
     sealed(sound)
-    found, warnings = check(sound)
-    assert any(told in error for error in found), found
-    assert all(said.isprintable() and "root:" not in said for said in (*found, *warnings))
+    mistakes, warnings = check(sound)
+    assert any(message in error for error in mistakes), mistakes
+    assert all(sentence.isprintable() and "root:" not in sentence for sentence in (*mistakes, *warnings))
     assert not Path("exploded").exists()
 
 
 @pytest.mark.parametrize(
-    ("change", "told"), UNLIKE_THE_PREDICTIONS, ids=lambda e: getattr(e, "__name__", "")
+    ("change", "message"), UNLIKE_THE_PREDICTIONS, ids=lambda e: getattr(e, "__name__", "")
 )
 def test_what_predictions_do_not_give_is_found(
-    sound: Path, runs: Path, change: Callable[[Path], None], told: str
+    sound: Path, runs: Path, change: Callable[[Path], None], message: str
 ) -> None:
     predictions(runs, sound)
     assert check(sound) == ([], [])
     change(sound)
     sealed(sound)
-    assert any(told in error for error in errors(sound)), errors(sound)
+    assert any(message in error for error in errors(sound)), errors(sound)
 
 
 def test_more_files_than_anybody_needs_are_not_gone_through(sound: Path, monkeypatch) -> None:
     monkeypatch.setattr(checking, "MOST", 5)
-    (told,) = errors(sound)
-    assert "holds more than 5 files" in told
+    (error,) = errors(sound)
+    assert "holds more than 5 files" in error
 
 
 def twin(sound: Path) -> Path:
@@ -296,8 +296,8 @@ def test_of_two_equal_submissions_the_older_is_shown(sound: Path, year: str, sho
     for header in twin(sound).glob("*/retarget/*/mine.json"):
         facts = json.loads(header.read_text(encoding="utf-8"))
         header.write_text(json.dumps(facts | {"date": year + facts["date"][4:]}), encoding="utf-8")
-    (made, _), left_out = leaderboard(sound.parent)
-    assert {row.label for group in made.groups for row in group.rows} == {shown}
+    (table, _), left_out = leaderboard(sound.parent)
+    assert {row.label for group in table.groups for row in group.rows} == {shown}
     assert len(left_out) == 1
 
 
@@ -307,8 +307,8 @@ def test_a_bad_submission_never_stops_the_leaderboard(sound: Path, runs: Path, m
         change(shutil.copytree(sound, root / change.__name__))
     (root / "linked").symlink_to(sound, target_is_directory=True)
     twin(sound)
-    (made, _), left_out = leaderboard(root)
-    assert {row.label for group in made.groups for row in group.rows} == {"ik"}
+    (table, _), left_out = leaderboard(root)
+    assert {row.label for group in table.groups for row in group.rows} == {"ik"}
     assert [text.partition(" is left out: ")[0] for text in left_out] == [
         "deep_header", "fifo", "linked", "row_twice", "twin",
     ]  # fmt: skip
@@ -322,7 +322,7 @@ def test_a_bad_submission_never_stops_the_leaderboard(sound: Path, runs: Path, m
         return drawn(places)
 
     monkeypatch.setattr("retarget_bench.exchange.checking.split_summaries", breaks)
-    (made, _), left_out = leaderboard(root)
+    (table, _), left_out = leaderboard(root)
     assert left_out[-1].startswith("zz is left out: no table can be made of it: ZeroDivisionError")
 
 

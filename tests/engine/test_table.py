@@ -53,8 +53,8 @@ def test_ranked_rows_come_best_first_and_controls_apart(tmp_path):
         ),
         store(tmp_path, "intra", "broken", [(*c, "failed") for c in clips]),
     ]
-    (made,) = builder.tables(summary.split_summaries(place), ["mpjpe_h.world"])
-    (group,) = made.groups
+    (table,) = builder.tables(summary.split_summaries(place), ["mpjpe_h.world"])
+    (group,) = table.groups
     assert [row.label for row in group.ranked] == ["better", "worse"]
     assert [(row.label, row.mark, row.n) for row in group.unranked] == [
         ("lazy", "answered 18 of 20", "18/20"),
@@ -63,9 +63,9 @@ def test_ranked_rows_come_best_first_and_controls_apart(tmp_path):
         ("broken", "answered 0 of 20", "0/20"),
     ]
     assert group.unranked[-1].cells[0].text == "failed"
-    problem = next(problem for problem in made.problems if problem.label == "broken")
+    problem = next(problem for problem in table.problems if problem.label == "broken")
     assert (problem.status, problem.message, len(problem.cases)) == ("failed", "because | of it", 20)
-    assert "two clips were dropped" in made.notes
+    assert "two clips were dropped" in table.notes
 
 
 @pytest.mark.parametrize(
@@ -86,8 +86,8 @@ def test_exact_answers_do_not_decide_how_many_decimals_others_have(tmp_path, exa
     for number, value in enumerate(others):
         rows = [(*c, {"mpjpe_h.world": value}) for c in clips]
         places.append(store(tmp_path, "intra", f"other{number}", rows, control=not ranked))
-    (made,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world"])
-    cells = {row.label: row.cells[0].text for row in made.groups[0].rows}
+    (table,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world"])
+    cells = {row.label: row.cells[0].text for row in table.groups[0].rows}
     zero = cells["exact"]
     assert float(zero) == 0.0
     assert zero == f"{0.0:.{len(text.partition('.')[2]) or 2}f}"
@@ -104,24 +104,24 @@ def test_without_a_reference_the_source_stands_in(tmp_path):
         other,
         *(records.ResultPaths(tmp_path, "data", "retarget", "cross", n) for n in ("n", "k")),
     ]
-    (made,) = builder.tables(summary.split_summaries(places), ["ratio"])
-    assert [[column.id for column in group.columns] for group in made.groups] == [["ratio_src"], ["ratio"]]
-    assert made.groups[0].ranked[0].label == "k"  # best at 1, ranked by the log of the ratio
-    assert {row.label for row in made.groups[0].ranked[1:]} == {"m", "n"}
-    assert "ratio" in rendering.text([made])
+    (table,) = builder.tables(summary.split_summaries(places), ["ratio"])
+    assert [[column.id for column in group.columns] for group in table.groups] == [["ratio_src"], ["ratio"]]
+    assert table.groups[0].ranked[0].label == "k"  # best at 1, ranked by the log of the ratio
+    assert {row.label for row in table.groups[0].ranked[1:]} == {"m", "n"}
+    assert "ratio" in rendering.text([table])
 
 
 def test_a_method_of_a_breakdown_is_told_apart_where_no_part_ranks_it(tmp_path):
     clips = [("a>b", f"c{n}") for n in range(4)]
-    kept = [(*c, {"mpjpe_h.world": 1.0}) for c in clips]
+    entries = [(*c, {"mpjpe_h.world": 1.0}) for c in clips]
     places = [
-        store(tmp_path, "intra", "floor", kept, control=True),
-        store(tmp_path, "intra", "lazy", [(*clips[0], "failed"), *kept[1:]]),
+        store(tmp_path, "intra", "floor", entries, control=True),
+        store(tmp_path, "intra", "lazy", [(*clips[0], "failed"), *entries[1:]]),
         store(tmp_path, "intra", "broken", [(*c, "failed") for c in clips]),
-        store(tmp_path, "intra", "whole", kept),
+        store(tmp_path, "intra", "whole", entries),
     ]
-    (made,) = builder.tables(summary.split_summaries(places, "clip"), ["mpjpe_h.world"], "clip")
-    (group,) = made.groups
+    (table,) = builder.tables(summary.split_summaries(places, "clip"), ["mpjpe_h.world"], "clip")
+    (group,) = table.groups
     assert [(column.id, column.mark) for column in group.columns] == [
         ("lazy", ""),
         ("whole", ""),
@@ -134,27 +134,27 @@ def test_a_method_of_a_breakdown_is_told_apart_where_no_part_ranks_it(tmp_path):
 @pytest.mark.parametrize(("by", "n"), [("pair", "4"), ("joint", "2"), ("part", "2")])
 def test_n_of_a_joint_counts_the_cases_that_have_it(tmp_path, by, n):
     numbers = [("a>b", f"c{i}", {"mpjpe_h.world": 1.0} if i % 2 else {}) for i in range(4)]
-    found = summary.split_summaries([store(tmp_path, "intra", "m", numbers)], "pair")
-    (made,) = builder.tables(found, ["mpjpe_h.world"], by)
-    assert [row.n for row in made.groups[0].rows] == [n]
+    summaries = summary.split_summaries([store(tmp_path, "intra", "m", numbers)], "pair")
+    (table,) = builder.tables(summaries, ["mpjpe_h.world"], by)
+    assert [row.n for row in table.groups[0].rows] == [n]
 
 
 @pytest.mark.parametrize(
-    ("lacking", "counts", "told"),
+    ("lacking", "counts", "message"),
     [(0, [], False), (1, ["20"], False), (21, [], True)],
     ids=["all", "all but one", "none"],
 )
-def test_how_many_cases_stand_behind_a_column_is_told(tmp_path, lacking, counts, told):
+def test_how_many_cases_stand_behind_a_column_is_told(tmp_path, lacking, counts, message):
     """Of 21 methods some lack the value on one case, each on another."""
     places = []
     for name in range(21):
         has = [{} if n == name < lacking else {"mpjpe_h.world": 1.0} for n in range(21)]
         numbers = [("a>b", f"c{n:02}", values) for n, values in enumerate(has)]
         places.append(store(tmp_path, "intra", f"m{name:02}", numbers))
-    (made,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world"])
-    (group,) = made.groups
+    (table,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world"])
+    (group,) = table.groups
     assert words.common_counts(group) == counts
-    assert any("no case has a number of all ranked methods" in each for each in group.below) == told
+    assert any("no case has a number of all ranked methods" in each for each in group.below) == message
 
 
 def test_columns_unknown_to_every_result_are_refused(tmp_path):
@@ -174,8 +174,8 @@ def test_no_column_and_curves_are_refused(tmp_path, columns):
 def test_a_split_without_any_of_the_values_is_drawn_all_the_same(tmp_path, form):
     one = store(tmp_path, "self", "m", [("a>a", "c1", {"ratio": 1.0})])
     two = store(tmp_path, "cross", "m", [("a>b", "c1", {"pooled": 1.0})])
-    (made,) = builder.tables(summary.split_summaries([one, two]), ["ratio"])
-    shown = rendering.RENDERERS[form]([made])
+    (table,) = builder.tables(summary.split_summaries([one, two]), ["ratio"])
+    shown = rendering.RENDERERS[form]([table])
     assert "cross" in shown
     assert (words.NO_COLUMN in shown) == (form not in ("csv", "json"))
 
@@ -185,6 +185,6 @@ def test_results_with_none_of_the_usual_values_show_what_they_have(tmp_path):
     values = {"ratio": 1.2, "pooled": 3.0, "curve": {"0.1": 0.5}}
     place = store(tmp_path, "cross", "m", [("a>b", "c1", values)])
     for layout in ("splits", "overview", "both"):
-        for made in builder.tables(summary.split_summaries([place]), layout=layout):
-            shown = [[column.id for column in group.columns] for group in made.groups]
+        for table in builder.tables(summary.split_summaries([place]), layout=layout):
+            shown = [[column.id for column in group.columns] for group in table.groups]
             assert {tuple(ids) for ids in shown} == {("ratio", "pooled")}

@@ -36,9 +36,9 @@ def results(tmp_path):
 
 
 def bench(*words) -> str:
-    done = CliRunner().invoke(group, ["table", "-r", *map(str, words)])
-    assert done.exit_code == 0, done.output
-    return done.output
+    result = CliRunner().invoke(group, ["table", "-r", *map(str, words)])
+    assert result.exit_code == 0, result.output
+    return result.output
 
 
 def test_the_formats_are_those_of_the_renderers():
@@ -59,9 +59,9 @@ def test_the_format_follows_the_ending_of_the_file(results, tmp_path, ending, fo
 @pytest.mark.parametrize("ending", ["png", "xlsx"])
 def test_an_ending_that_is_no_format_of_tables_is_refused(results, tmp_path, ending):
     file = tmp_path / f"t.{ending}"
-    done = CliRunner().invoke(group, ["table", "-r", str(results), "-o", str(file)])
-    assert done.exit_code
-    assert f"t.{ending} is to be {ending}; there are text, md" in str(done.exception)
+    result = CliRunner().invoke(group, ["table", "-r", str(results), "-o", str(file)])
+    assert result.exit_code
+    assert f"t.{ending} is to be {ending}; there are text, md" in str(result.exception)
     assert not file.exists()
     bench(results, "-o", file, "-f", "text")
     assert file.exists()
@@ -74,8 +74,8 @@ def test_a_name_without_an_ending_is_text(results, tmp_path):
 
 def test_an_ending_that_a_command_does_not_write_is_refused(results, tmp_path):
     words = ["compare", "one", "two", "--results", str(results), "-o", str(tmp_path / "c.html")]
-    done = CliRunner().invoke(group, words)
-    assert "c.html is to be html; there are text, md, csv" in str(done.exception)
+    result = CliRunner().invoke(group, words)
+    assert "c.html is to be html; there are text, md, csv" in str(result.exception)
     assert not (tmp_path / "c.html").exists()
 
 
@@ -87,28 +87,28 @@ def test_intervals_come_on_request_in_text_and_always_in_pages(results):
 
 def test_breakdowns_are_asked_for_by_name(results):
     assert "by clip" in bench(results, "--by", "clip")
-    done = CliRunner().invoke(group, ["table", "-r", str(results), "--by", "colour"])
-    assert done.exit_code == 2
-    assert all(each in done.output for each in get_args(By))
+    result = CliRunner().invoke(group, ["table", "-r", str(results), "--by", "colour"])
+    assert result.exit_code == 2
+    assert all(each in result.output for each in get_args(By))
 
 
 def test_a_task_that_there_is_not_is_told(results):
-    done = CliRunner().invoke(
+    result = CliRunner().invoke(
         group, ["table", "-r", str(results), "--task", "upsamle"], standalone_mode=False
     )
-    assert "there is no task 'upsamle'; results are of retarget, reconstruct" in str(done.exception)
+    assert "there is no task 'upsamle'; results are of retarget, reconstruct" in str(result.exception)
 
 
 def test_speed_is_no_column_of_a_breakdown(results):
-    done = CliRunner().invoke(group, ["table", "-r", str(results), "--by", "clip", "--columns", "fps"])
-    assert done.exit_code != 0
-    assert "fps has no number per clip" in str(done.exception) + done.output
+    result = CliRunner().invoke(group, ["table", "-r", str(results), "--by", "clip", "--columns", "fps"])
+    assert result.exit_code != 0
+    assert "fps has no number per clip" in str(result.exception) + result.output
 
 
 @pytest.mark.parametrize("words", [["-r", "nowhere"], ["-d", "other"]])
 def test_what_was_asked_for_and_is_not_there_is_told(results, words):
-    done = CliRunner().invoke(group, ["table", "-r", str(results), *words])
-    assert re.search("no results (in nowhere|of other in)", str(done.exception))
+    result = CliRunner().invoke(group, ["table", "-r", str(results), *words])
+    assert re.search("no results (in nowhere|of other in)", str(result.exception))
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -119,8 +119,8 @@ def test_published_tables_are_drawn_in_every_format(results, form):
 
 
 def test_published_tables_have_their_own_columns(results):
-    done = CliRunner().invoke(group, ["table", "-r", str(results), "--paper", "pan-table1", "--all"])
-    assert "--paper has columns and splits of its own" in str(done.exception)
+    result = CliRunner().invoke(group, ["table", "-r", str(results), "--paper", "pan-table1", "--all"])
+    assert "--paper has columns and splits of its own" in str(result.exception)
 
 
 def test_one_split_has_more_columns_and_all_stand_side_by_side(results):
@@ -134,8 +134,8 @@ def test_one_split_has_more_columns_and_all_stand_side_by_side(results):
     alone = bench(results, "-s", "self")
     assert "cross" not in alone
     assert "jerk" in alone.partition("method")[0]
-    done = CliRunner().invoke(group, ["table", "-r", str(results), "-s", "up"])
-    assert "no case is in the split up; self and cross have some" in str(done.exception)
+    result = CliRunner().invoke(group, ["table", "-r", str(results), "-s", "up"])
+    assert "no case is in the split up; self and cross have some" in str(result.exception)
 
 
 def test_methods_are_named_in_one_word_or_several(results):
@@ -197,9 +197,9 @@ def test_closing_lines_of_a_run_fit_the_terminal_and_break_no_command(results, m
 def test_progress_is_a_line_a_minute_where_there_is_no_terminal(monkeypatch, capsys):
     clock = [0.0]
     monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
-    with progress.progress_bar("bench run", "cases") as told:
-        for clock[0], done in ((0.0, 0), (30.0, 100), (60.0, 200), (61.0, 201), (120.0, 400)):
-            told(done, 400)
+    with progress.progress_bar("bench run", "cases") as report:
+        for clock[0], count in ((0.0, 0), (30.0, 100), (60.0, 200), (61.0, 201), (120.0, 400)):
+            report(count, 400)
     assert capsys.readouterr().err.splitlines() == [
         "bench run: 200 of 400 cases, about 1.0 min left",
         "bench run: 400 of 400 cases in 2.0 min",
@@ -207,32 +207,32 @@ def test_progress_is_a_line_a_minute_where_there_is_no_terminal(monkeypatch, cap
 
 
 def test_progress_names_methods_and_is_lines_on_a_terminal_without_a_size(results, monkeypatch):
-    told = []
+    output = []
 
     @contextmanager
     def bar(what, units):
-        told.append(what)
+        output.append(what)
         yield lambda done, total: None
 
     monkeypatch.setattr(run, "progress_bar", bar)
     monkeypatch.setattr(runner, "run", lambda plan, progress, timed: [])
     for labels in (["ik"], ["ik", "pan"], ["ik", "pan", "nkn", "humot"]):
         run.carry_out(SimpleNamespace(methods=labels), "bench run")
-    assert told == ["bench run ik", "bench run ik, pan", "bench run (4 methods)"]
-    ours, theirs = pty.openpty()  # as yet without a size
-    with os.fdopen(theirs, "w") as terminal:
+    assert output == ["bench run ik", "bench run ik, pan", "bench run (4 methods)"]
+    master, terminal_fd = pty.openpty()  # as yet without a size
+    with os.fdopen(terminal_fd, "w") as terminal:
         monkeypatch.setattr(progress.sys, "stderr", terminal)
         with progress.progress_bar("bench run ik", "answers") as tell:
             tell(4, 4)
-    assert os.read(ours, 1000).decode().startswith("bench run ik: 4 of 4 answers")
-    os.close(ours)
+    assert os.read(master, 1000).decode().startswith("bench run ik: 4 of 4 answers")
+    os.close(master)
 
 
 def test_a_run_with_ones_own_metric_alone_shows_its_values(tmp_path, in_process, monkeypatch):
     """Though these are none of the columns that tables have by default."""
     monkeypatch.chdir(tmp_path)
-    made = CliRunner().invoke(group, ["new", "metric", "my_metric"])
-    assert "bench run ik --metrics my_metric.py" in made.output
+    created = CliRunner().invoke(group, ["new", "metric", "my_metric"])
+    assert "bench run ik --metrics my_metric.py" in created.output
     words = [
         "run",
         str(TOYS / "toy_method.py"),
@@ -241,7 +241,7 @@ def test_a_run_with_ones_own_metric_alone_shows_its_values(tmp_path, in_process,
         "--metrics",
         "my_metric.py",
     ]
-    done = CliRunner().invoke(group, [*words, "-s", "cross", "-j", "1"])
-    assert done.exit_code == 0, done.output
-    assert re.search(r"head\s+height ↓", done.output)
-    assert re.search(r"^  toy_method +[0-9.]+", done.output, re.MULTILINE)
+    result = CliRunner().invoke(group, [*words, "-s", "cross", "-j", "1"])
+    assert result.exit_code == 0, result.output
+    assert re.search(r"head\s+height ↓", result.output)
+    assert re.search(r"^  toy_method +[0-9.]+", result.output, re.MULTILINE)

@@ -46,8 +46,8 @@ def test_speeds_are_measured_anew_where_results_are_newer(tmp_path, monkeypatch)
 
 def test_times_of_some_clips_alone(tmp_path):
     intra, cross = measured(tmp_path, *BOTH)
-    known = {"toy/small>tall/clip 0": 1.0, "toy/small>tall/clip 1": 3.0, "unknown": 5.0}
-    timing.write(cross, [timing.Time(case, 12, seconds, 1.0) for case, seconds in known.items()])
+    times = {"toy/small>tall/clip 0": 1.0, "toy/small>tall/clip 1": 3.0, "unknown": 5.0}
+    timing.write(cross, [timing.Time(case, 12, seconds, 1.0) for case, seconds in times.items()])
     assert [each.seconds for each in timing.read(intra, {"clip 1", "clip 7"})] == [3.0]
     assert [(each.frames, each.seconds) for each in timing.read(intra)] == [(12, 1.0), (12, 3.0), (12, 5.0)]
     assert timing.rate(timing.read(intra)) == 4.0
@@ -87,14 +87,14 @@ def test_speeds_of_busier_moments_are_told_apart(tmp_path):
     for place, mark in zip(places, (0.002, 0.0029, 0.005), strict=True):
         timing.write(place, [timing.Time("x", 100, 2.0, mark)])
     (section,) = split_summaries(places)
-    told = {score.label: section.slower(score) for score in section.scores}
-    assert [label for label, why in told.items() if why] == ["bone_directions"]
-    assert "2.5 times as slow as for the fastest" in told["bone_directions"]
+    notes = {score.label: section.slower(score) for score in section.scores}
+    assert [label for label, why in notes.items() if why] == ["bone_directions"]
+    assert "2.5 times as slow as for the fastest" in notes["bone_directions"]
     (cells,) = builder.tables([section], ["fps"])
     assert any("2.5 times as slow" in sentence for sentence in cells.footnotes)
     (table,) = builder.tables([section])
-    told_all = [line for line in table.notes if "50" in line]
-    assert told_all == [
+    speed_notes = [line for line in table.notes if "50" in line]
+    assert speed_notes == [
         "Speed in frames/s of one process and thread, with handing over: copy_rotations 50, toy_method 50.",
-        f"Not comparable: bone_directions 50, {told['bone_directions']}.",
+        f"Not comparable: bone_directions 50, {notes['bone_directions']}.",
     ]

@@ -16,16 +16,16 @@ def own_cache(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("code", "told"),
+    ("code", "message"),
     [
         ("import os\nos._exit(3)\n", r"ends the process that does \(exit code 3\); nothing was run"),
         ("import os\nos.kill(os.getpid(), 9)\n", r"exit code -9"),
         ("import os\nos._exit(0)\n", r"exit code 0"),
     ],
 )
-def test_code_that_ends_the_process_is_a_sentence(tmp_path, code, told):
+def test_code_that_ends_the_process_is_a_sentence(tmp_path, code, message):
     (tmp_path / "bad.py").write_text(code)
-    with pytest.raises(BenchError, match=told):
+    with pytest.raises(BenchError, match=message):
         named.try_import(tmp_path / "bad.py")
 
 

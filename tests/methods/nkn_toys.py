@@ -61,12 +61,12 @@ def train(module: Any, steps: int, rate: float = 1e-3) -> list[dict[str, float]]
     phases = optimiser_phases(
         module, TrainingConfig(steps=steps, batch=4, window=16, rate=rate), torch.device("cpu")
     )
-    found = []
+    losses = []
     for step in range(steps):
         torch.manual_seed(step)
-        given: dict[str, Any] = {}
+        memory: dict[str, Any] = {}
         measured: dict[str, torch.Tensor] = {}
         for phase in phases:
-            measured |= phase(batch(module, rows=4, seed=step), given, rate)
-        found.append({name: float(each) for name, each in measured.items()})
-    return found
+            measured |= phase(batch(module, rows=4, seed=step), memory, rate)
+        losses.append({name: float(each) for name, each in measured.items()})
+    return losses

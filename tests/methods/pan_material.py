@@ -76,13 +76,13 @@ def _bodies() -> dict[str, Character]:
     plain = [method_bodies.body("one"), method_bodies.body("tall", scale=1.4)]
     short = [method_bodies.body("legs", spines=2, thigh=0.6, shin=0.5, arm=0.2)]
     short.append(method_bodies.body("stout", spines=2, hip=0.2))
-    named = [replace(each, structure="plain") for each in plain]
-    named += [replace(each, structure="short.spine") for each in short]
+    characters = [replace(each, structure="plain") for each in plain]
+    characters += [replace(each, structure="short.spine") for each in short]
     lame = [
         without(each, "RightShoulder", "RightArm", "RightForeArm", "RightHand", structure="one_armed")
         for each in plain
     ]
-    return {each.name: each for each in [*named, *lame, dog("rex"), dog("pup", 0.5)]}
+    return {each.name: each for each in [*characters, *lame, dog("rex"), dog("pup", 0.5)]}
 
 
 BODIES: Mapping[str, Character] = _bodies()

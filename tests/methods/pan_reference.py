@@ -84,12 +84,12 @@ def gathered(pairs: Pairs, module: nn.Module) -> Pairs:
     return pairs + [pair for each in module.modules() if isinstance(each, Masked) for pair in each.pairs]
 
 
-def copied(ours: nn.Module, theirs: nn.Module, names: dict[str, str]) -> Pairs:
-    """Parameters of theirs, by name, take over those of ours."""
-    own, other = dict(ours.named_parameters()), dict(theirs.named_parameters())
+def copied(lean: nn.Module, plain: nn.Module, names: dict[str, str]) -> Pairs:
+    """Parameters of the plain network, by name, take over those of the lean one."""
+    own, other = dict(lean.named_parameters()), dict(plain.named_parameters())
     assert set(names.values()) == set(other)
-    for ours_name, name in names.items():
-        other[name].data.copy_(own[ours_name].data)
+    for lean_name, name in names.items():
+        other[name].data.copy_(own[lean_name].data)
     return [(other[name], own[each], same) for each, name in names.items()]
 
 
@@ -116,8 +116,8 @@ def read_bones(layout: Layout, design: Design) -> list[list[int]]:
 def reading(layout: Layout, design: Design) -> list[list[int]]:
     """The parts that write each edge."""
     parts = convolved(layout, design)
-    found = [[p for p, part in enumerate(parts) if s in part] for s in range(layout.edges + 1)]
-    return [own or list(range(len(parts))) for own in found]
+    readers = [[p for p, part in enumerate(parts) if s in part] for s in range(layout.edges + 1)]
+    return [own or list(range(len(parts))) for own in readers]
 
 
 def blocks(count: int, rows: int, columns: int) -> Tensor:
@@ -149,7 +149,7 @@ def attention_mask(layout: Layout, design: Design) -> Tensor:
 class PlainEncoder(nn.Module):
     """Takes all rows through all layers, and drops edges at the end."""
 
-    def __init__(self, ours: Encoder, layout: Layout, design: Design) -> None:
+    def __init__(self, lean: Encoder, layout: Layout, design: Design) -> None:
         super().__init__()
         count, edges = len(layout.parts), layout.edges + 1
         width, kernel = design.width, design.kernel
@@ -157,13 +157,13 @@ class PlainEncoder(nn.Module):
         sizes = (4, *design.embedding, width)
         self.embedding = nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(sizes))
         names = {name: name for name, _ in self.embedding.named_parameters()}
-        self.pairs = copied(ours.embedding, self.embedding, names)
-        self.tokens = nn.Parameter(ours.tokens.data.clone())
-        self.pairs.append((self.tokens, ours.tokens, same))
+        self.pairs = copied(lean.embedding, self.embedding, names)
+        self.tokens = nn.Parameter(lean.tokens.data.clone())
+        self.pairs.append((self.tokens, lean.tokens, same))
         self.register_buffer("mask", attention_mask(layout, design))
         self.register_buffer("code", sinusoids(edges, width))
-        self.layers = nn.ModuleList(self._layer(each) for each in ours.layers)
-        self.first, self.second = (self._convolution(each) for each in ours.convolutions)
+        self.layers = nn.ModuleList(self._layer(each) for each in lean.layers)
+        self.first, self.second = (self._convolution(each) for each in lean.convolutions)
         self.raw = None
         if design.raw:
             parts = convolved(layout, design)
@@ -175,17 +175,17 @@ class PlainEncoder(nn.Module):
                     dense[part * width : (part + 1) * width, column] = row
                 return dense
 
-            mask = write(torch.ones_like(ours.raw.weight))
-            self.raw = Masked(ours.raw.weight, ours.raw.bias, mask, write, 2)
+            mask = write(torch.ones_like(lean.raw.weight))
+            self.raw = Masked(lean.raw.weight, lean.raw.bias, mask, write, 2)
         self.pairs = gathered(self.pairs, self)
 
-    def _layer(self, ours: nn.Module) -> nn.Module:
+    def _layer(self, lean: nn.Module) -> nn.Module:
         design = self.design
         within = {"qkv.weight": "in_proj_weight", "qkv.bias": "in_proj_bias"}
         if not design.feedforward:
             plain = nn.MultiheadAttention(design.width, design.heads, design.dropout, batch_first=True)
             plain.out_proj.weight = plain.out_proj.bias = None
-            self.pairs += copied(ours, plain, within)
+            self.pairs += copied(lean, plain, within)
             return plain
         layer = nn.TransformerEncoderLayer(
             design.width, design.heads, design.feedforward, design.dropout, "gelu", batch_first=True
@@ -196,16 +196,16 @@ class PlainEncoder(nn.Module):
             for k in range(2):
                 names[f"block.feed.{k}.{name}"] = f"linear{k + 1}.{name}"
                 names[f"block.norms.{k}.{name}"] = f"norm{k + 1}.{name}"
-        self.pairs += copied(ours, layer, names)
+        self.pairs += copied(lean, layer, names)
         return layer
 
-    def _convolution(self, ours: nn.Conv1d) -> Masked:
+    def _convolution(self, lean: nn.Conv1d) -> Masked:
         count, width = self.count, self.design.width
 
         def write(values: Tensor) -> Tensor:
             return blocks(count, width, width).unsqueeze(2) * values.repeat(1, count, 1)
 
-        return Masked(ours.weight, ours.bias, blocks(count, width, width).unsqueeze(2), write, 2)
+        return Masked(lean.weight, lean.bias, blocks(count, width, width).unsqueeze(2), write, 2)
 
     def forward(self, motion: Tensor) -> Tensor:
         rows, frames = motion.shape[:2]
@@ -260,12 +260,12 @@ def sinusoids(edges: int, width: int) -> Tensor:
 class PlainSkeletonEncoder(nn.Module):
     """Reads the bones of all edges, the root's too, in every layer but for the mask."""
 
-    def __init__(self, ours: SkeletonEncoder, layout: Layout, design: Design) -> None:
+    def __init__(self, lean: SkeletonEncoder, layout: Layout, design: Design) -> None:
         super().__init__()
         self.design, self.count = design, len(layout.parts)
         read = read_bones(layout, design)
         rows = [(p, 3 * edge + c) for p, part in enumerate(read) for edge in part for c in range(3)]
-        first, *rest = ours.layers
+        first, *rest = lean.layers
         hidden = design.skeleton
 
         def write(values: Tensor) -> Tensor:
@@ -301,19 +301,19 @@ class PlainSkeletonEncoder(nn.Module):
 
 
 class PlainDecoder(nn.Module):
-    def __init__(self, ours: Decoder, layout: Layout, design: Design) -> None:
+    def __init__(self, lean: Decoder, layout: Layout, design: Design) -> None:
         super().__init__()
         self.design, self.edges = design, layout.edges + 1
         count, width, kernel = len(layout.parts), design.width, design.kernel
         if design.decoder == "full":
             self.inner, self.outer = (
                 Masked(each.weight, each.bias, torch.ones_like(each.weight), torch.clone, 1)
-                for each in (ours.inner, ours.outer)
+                for each in (lean.inner, lean.outer)
             )
         else:
             mask = blocks(count, width, width).unsqueeze(2)
             self.inner = Masked(
-                ours.inner.weight, ours.inner.bias, mask, lambda v: mask * v.repeat(1, count, 1), 1
+                lean.inner.weight, lean.inner.bias, mask, lambda v: mask * v.repeat(1, count, 1), 1
             )
             read = reading(layout, design)
             rows = [
@@ -330,8 +330,8 @@ class PlainDecoder(nn.Module):
                     dense[channel, part * width : (part + 1) * width] = row
                 return dense
 
-            weight = ours.outer.weight
-            self.outer = Masked(weight, ours.outer.bias, write(torch.ones_like(weight)), write, 1)
+            weight = lean.outer.weight
+            self.outer = Masked(weight, lean.outer.bias, write(torch.ones_like(weight)), write, 1)
         self.pairs = gathered([], self)
 
     def forward(self, code: Tensor) -> Tensor:

@@ -92,6 +92,6 @@ def standing(path: Path) -> Motion:
     return character.motion(motion.rotations[1:], motion.root[1:], motion.fps)
 
 
-def order(names: list[str], wanted: list[str]) -> list[int]:
+def order(names: list[str], required: list[str]) -> list[int]:
     """Where the authors' joints are among nodes."""
-    return [names.index(name.replace("_End", " tip")) for name in wanted]
+    return [names.index(name.replace("_End", " tip")) for name in required]

@@ -30,20 +30,20 @@ def dense(pairs: Sequence[tuple[int, int]], blocks: Tensor) -> Tensor:
     """``(slots * outputs, slots * inputs, taps)``, zero between slots that are no neighbours."""
     slots = 1 + max(slot for slot, _ in pairs)
     _, outputs, inputs, taps = blocks.shape
-    found = blocks.new_zeros(slots, outputs, slots, inputs, taps)
+    weights = blocks.new_zeros(slots, outputs, slots, inputs, taps)
     for (slot, other), block in zip(pairs, blocks, strict=True):
-        found[slot, :, other] = block
-    return found.reshape(slots * outputs, slots * inputs, taps)
+        weights[slot, :, other] = block
+    return weights.reshape(slots * outputs, slots * inputs, taps)
 
 
 class Masked(nn.Module):
     """A dense layer times its mask."""
 
-    def __init__(self, ours: Skeletal) -> None:
+    def __init__(self, lean: Skeletal) -> None:
         super().__init__()
-        self.weight = nn.Parameter(dense(ours.pairs, ours.weight.data))
-        self.bias = None if ours.bias is None else nn.Parameter(ours.bias.data.flatten().clone())
-        self.register_buffer("mask", dense(ours.pairs, torch.ones_like(ours.weight.data)))
+        self.weight = nn.Parameter(dense(lean.pairs, lean.weight.data))
+        self.bias = None if lean.bias is None else nn.Parameter(lean.bias.data.flatten().clone())
+        self.register_buffer("mask", dense(lean.pairs, torch.ones_like(lean.weight.data)))
 
     def linear(self, values: Tensor) -> Tensor:
         return functional.linear(values, (self.weight * self.mask)[..., 0], self.bias)
@@ -56,10 +56,10 @@ class Masked(nn.Module):
 
 def pooling(groups: Slots, channels: int) -> Tensor:
     """``(groups * channels, slots * channels)`` means."""
-    found = torch.zeros(len(groups), sum(map(len, groups)))
+    matrix = torch.zeros(len(groups), sum(map(len, groups)))
     for row, group in enumerate(groups):
-        found[row, list(group)] = 1.0 / len(group)
-    return torch.kron(found, torch.eye(channels))
+        matrix[row, list(group)] = 1.0 / len(group)
+    return torch.kron(matrix, torch.eye(channels))
 
 
 def unpooling(groups: Slots, channels: int) -> Tensor:
@@ -68,9 +68,9 @@ def unpooling(groups: Slots, channels: int) -> Tensor:
 
 
 class PlainStaticEncoder(nn.Module):
-    def __init__(self, ours: StaticEncoder, levels: Levels) -> None:
+    def __init__(self, lean: StaticEncoder, levels: Levels) -> None:
         super().__init__()
-        self.layers = nn.ModuleList(Masked(layer) for layer in ours.layers)
+        self.layers = nn.ModuleList(Masked(layer) for layer in lean.layers)
         self.register_buffer("pool", pooling(levels.first, 6))
 
     def forward(self, bones: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -80,10 +80,10 @@ class PlainStaticEncoder(nn.Module):
 
 
 class PlainEncoder(nn.Module):
-    def __init__(self, ours: Encoder, levels: Levels) -> None:
+    def __init__(self, lean: Encoder, levels: Levels) -> None:
         super().__init__()
-        self.motion = nn.ModuleList(Masked(layer.motion) for layer in ours.layers)
-        self.body = nn.ModuleList(Masked(layer.body) for layer in ours.layers)
+        self.motion = nn.ModuleList(Masked(layer.motion) for layer in lean.layers)
+        self.body = nn.ModuleList(Masked(layer.body) for layer in lean.layers)
         self.register_buffer("pool0", pooling(levels.first, 8))
         self.register_buffer("pool1", pooling(levels.chains, 16))
 
@@ -97,11 +97,11 @@ class PlainEncoder(nn.Module):
 
 
 class PlainDecoder(nn.Module):
-    def __init__(self, ours: Decoder, levels: Levels) -> None:
+    def __init__(self, lean: Decoder, levels: Levels) -> None:
         super().__init__()
-        self.padded = ours.padded
-        self.motion = nn.ModuleList(Masked(layer.motion) for layer in ours.layers)
-        self.body = nn.ModuleList(Masked(layer.body) for layer in ours.layers)
+        self.padded = lean.padded
+        self.motion = nn.ModuleList(Masked(layer.motion) for layer in lean.layers)
+        self.body = nn.ModuleList(Masked(layer.body) for layer in lean.layers)
         self.register_buffer("unpool0", unpooling(levels.chains, 16))
         self.register_buffer("unpool1", unpooling(levels.first, 8))
 
@@ -120,16 +120,16 @@ class PlainDecoder(nn.Module):
 
 
 class PlainDiscriminator(nn.Module):
-    def __init__(self, ours: Discriminator, levels: Levels) -> None:
+    def __init__(self, lean: Discriminator, levels: Levels) -> None:
         super().__init__()
-        self.first, self.last = Masked(ours.first), Masked(ours.last)
-        self.norm = nn.BatchNorm1d(ours.norm.num_features)
-        self.norm.load_state_dict(ours.norm.state_dict())
+        self.first, self.last = Masked(lean.first), Masked(lean.last)
+        self.norm = nn.BatchNorm1d(lean.norm.num_features)
+        self.norm.load_state_dict(lean.norm.state_dict())
         self.register_buffer("pool0", pooling(levels.first, 6))
         self.register_buffer("pool1", pooling(levels.pairs, 12))
 
-    def forward(self, seen: Tensor) -> Tensor:
-        hidden = self.first.convolution(seen.flatten(2).transpose(1, 2), 2, 7)
+    def forward(self, values: Tensor) -> Tensor:
+        hidden = self.first.convolution(values.flatten(2).transpose(1, 2), 2, 7)
         hidden = functional.leaky_relu(self.pool0 @ self.norm(hidden), LEAK)
         return (self.pool1 @ self.last.convolution(hidden, 2, 0)).sigmoid()
 

@@ -21,8 +21,8 @@ _FACES = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2,
 
 @cache
 def skinned_body(name: str, spines: int = 3, **sizes: float) -> Character:
-    made: Any = method_bodies.body(name, spines=spines, **sizes)
-    return replace(made, skin=lambda: _mesh(made))
+    character: Any = method_bodies.body(name, spines=spines, **sizes)
+    return replace(character, skin=lambda: _mesh(character))
 
 
 def _mesh(body: Character) -> Mesh:

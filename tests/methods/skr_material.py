@@ -29,7 +29,7 @@ CONFIG = TrainingConfig(steps=1, batch=4, window=1, rate=1e-3)
 def motions() -> dict[str, Motion]:
     """A clip of each body."""
     data: Any = registry.create("datasets", Spec.parse("puppets"))
-    clips = {name: each for mine in data.training().values() for name, each in mine.items()}
+    clips = {name: each for bodies in data.training().values() for name, each in bodies.items()}
     return {name: clips[name][0] for name in NAMES}
 
 
@@ -89,15 +89,15 @@ def points(count: int = 500, frames: int = 2, seed: int = 0) -> list[np.ndarray]
 def halved(mesh: Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Vertices, faces, and of every vertex the number of the one that it was, -1 for new ones: of pairs of
     neighbours one takes the place of the other, in the middle of their edge."""
-    taken, onto = np.zeros(len(mesh.vertices), bool), np.arange(len(mesh.vertices))
+    merged, onto = np.zeros(len(mesh.vertices), bool), np.arange(len(mesh.vertices))
     places = mesh.vertices.copy()
     edges = np.concatenate([mesh.faces[:, [k, (k + 1) % 3]] for k in range(3)])
     for a, b in edges.tolist():
-        if not taken[a] and not taken[b]:
-            taken[a] = taken[b] = True
+        if not merged[a] and not merged[b]:
+            merged[a] = merged[b] = True
             onto[b] = a
             places[a] = 0.5 * (mesh.vertices[a] + mesh.vertices[b])
     kept, numbers = np.unique(onto, return_inverse=True)
     faces = numbers[mesh.faces]
-    whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    return places[kept], faces[whole], np.where(taken[kept], -1, kept)
+    proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    return places[kept], faces[proper], np.where(merged[kept], -1, kept)

@@ -23,18 +23,18 @@ def plain(values: Tensor, activation: str, mask: DropoutMask | None, *weights: T
     return functional.linear(values, last, bias)
 
 
-def agree(ours, theirs, tensors, *rest):
+def agree(own, reference, tensors, *rest):
     """Both forms give the same, and the same gradients of random sums."""
-    found = []
-    for form in (ours, theirs):
+    results = []
+    for form in (own, reference):
         leaves = [each.detach().clone().requires_grad_() for each in tensors]
         torch.manual_seed(1)
-        given = form(leaves, *rest)
-        given = given if isinstance(given, tuple) else (given,)
+        outputs = form(leaves, *rest)
+        outputs = outputs if isinstance(outputs, tuple) else (outputs,)
         draw = torch.Generator().manual_seed(2)
-        total = sum((each * torch.randn(each.shape, generator=draw)).sum() for each in given)
-        found.append((*given, *torch.autograd.grad(total, leaves)))
-    for one, other in zip(*found, strict=True):
+        total = sum((each * torch.randn(each.shape, generator=draw)).sum() for each in outputs)
+        results.append((*outputs, *torch.autograd.grad(total, leaves)))
+    for one, other in zip(*results, strict=True):
         torch.testing.assert_close(one, other, atol=1e-4, rtol=1e-4)
 
 

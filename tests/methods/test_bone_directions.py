@@ -59,12 +59,18 @@ def test_knees_bend_about_their_hinge_when_only_positions_are_known():
 
 def test_a_spine_of_another_count_is_cut_along_its_length():
     source, target = dance(body(spines=2)), body(spines=4)
-    seen, known = counterparts(source.positions, source.character, target)
+    counterpart_positions, known = counterparts(source.positions, source.character, target)
     assert known.all()
-    mine = [source.skeleton.index(name) for name in ("Hips", "Spine", "Spine1", "Neck")]
-    line = source.positions[:, mine]
+    joints = [source.skeleton.index(name) for name in ("Hips", "Spine", "Spine1", "Neck")]
+    line = source.positions[:, joints]
     # the trunk of 0.62 m has joints at 0.25 and 0.5 m; the new ones lie every 0.125 m
     expected = line[:, 0] + 0.5 * (line[:, 1] - line[:, 0])
-    np.testing.assert_allclose(seen[:, target.skeleton.index("Spine")], expected, atol=1e-12)
-    np.testing.assert_allclose(seen[:, target.skeleton.index("Spine1")], line[:, 1], atol=1e-12)
-    np.testing.assert_allclose(seen[:, target.skeleton.index("Spine3")], line[:, 2], atol=1e-12)
+    np.testing.assert_allclose(
+        counterpart_positions[:, target.skeleton.index("Spine")], expected, atol=1e-12
+    )
+    np.testing.assert_allclose(
+        counterpart_positions[:, target.skeleton.index("Spine1")], line[:, 1], atol=1e-12
+    )
+    np.testing.assert_allclose(
+        counterpart_positions[:, target.skeleton.index("Spine3")], line[:, 2], atol=1e-12
+    )

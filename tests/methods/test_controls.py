@@ -27,8 +27,8 @@ def test_rest_pose_stands_still_on_the_floor_facing_forward():
 
 def test_rest_pose_needs_positions_only():
     source = dance(body())
-    seen = source.character.positions(source.positions, source.fps)
-    results = [RestPose().retarget(each, body(), context=Context()) for each in (source, seen)]
+    positions = source.character.positions(source.positions, source.fps)
+    results = [RestPose().retarget(each, body(), context=Context()) for each in (source, positions)]
     np.testing.assert_allclose(results[0].positions, results[1].positions, atol=1e-12)
 
 

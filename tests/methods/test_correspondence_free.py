@@ -72,15 +72,15 @@ def test_chunks_of_any_size_give_what_the_whole_gives(method, path):
     joints[[0, 5, 6]] *= [0.0, 1.0, 0.0]
     stages = replace(method.networks, smrm=SMRM(path=path))
     mesh = skr_material.body().mesh
-    found = []
+    answers = []
     for sizes in ((12,), (1,) * 12, (5, 1, 6)):
         online, parts, first = OnlineRetargeter(stages, mesh.vertices, mesh.faces), [], 0
         for size in sizes:
             parts.append(online.motion(joints[first : first + size]).positions)
             first += size
-        found.append(np.concatenate(parts))
-    np.testing.assert_allclose(found[0], found[1], atol=1e-5)
-    np.testing.assert_allclose(found[0], found[2], atol=1e-5)
+        answers.append(np.concatenate(parts))
+    np.testing.assert_allclose(answers[0], answers[1], atol=1e-5)
+    np.testing.assert_allclose(answers[0], answers[2], atol=1e-5)
 
 
 @pytest.mark.parametrize("path", ["relative", "integrated"])
@@ -99,11 +99,11 @@ def test_moves_as_smrm_does_where_joints_are_exact(path):
     online = OnlineRetargeter(Networks(Exact(), smrm, skin), mesh.vertices, mesh.faces)
     height = motion.character.measures.hip_height
     online._units = lambda joints: np.full(len(joints), height)
-    found = online.motion(motion.positions[:, list(Body22(motion.character).joints)])
+    moved = online.motion(motion.positions[:, list(Body22(motion.character).joints)])
     expected = smrm.retarget(motion, skr_material.body("boris"), context=Context())
     ranks = list(Body22(expected.character).joints)
-    apart = np.abs(found.positions - expected.positions[:, ranks]).max()
-    assert apart < 2e-3 * found.character.height  # bones of a solved motion bend by a micrometre
+    apart = np.abs(moved.positions - expected.positions[:, ranks]).max()
+    assert apart < 2e-3 * moved.character.height  # bones of a solved motion bend by a micrometre
 
 
 @pytest.mark.parametrize("angle", [0.5 * np.pi, -2.0, np.pi])
@@ -111,7 +111,7 @@ def test_a_target_may_face_anywhere(angle):
     motion, mesh = skr_material.motions()["ada"].at(slice(10)), skr_material.body("boris").mesh
     rest, turn = SkinnedBody.of(skr_material.body("boris")).resting, np.exp(1j * angle)
     skin = SKIN().using(exported(SkinningPredictor()))
-    found = []
+    answers = []
     for vertices, joints in (
         (mesh.vertices, rest),
         (facing.placed(mesh.vertices, turn), facing.placed(rest, turn)),
@@ -122,10 +122,10 @@ def test_a_target_may_face_anywhere(angle):
                 return joints[None]
 
         online = OnlineRetargeter(Networks(Exact(), SMRM(), skin), vertices, mesh.faces)
-        found.append(
+        answers.append(
             online.mesh.skinned(online.motion(motion.positions[:, list(Body22(motion.character).joints)]))
         )
-    np.testing.assert_allclose(found[1], found[0], atol=1e-5)
+    np.testing.assert_allclose(answers[1], answers[0], atol=1e-5)
 
 
 def test_the_target_s_skeleton_and_weights_are_not_read(method, source):
@@ -182,19 +182,19 @@ def test_half_the_vertices_and_other_faces_change_less_than_a_centimetre(shipped
     order = numbers.permutation(len(mesh.faces))
     thin, faces, kept = skr_material.halved(mesh)
     assert len(thin) < 0.54 * len(mesh.vertices)
-    found = []
+    surfaces = []
     for vertices, triangles in ((mesh.vertices, mesh.faces), (mesh.vertices, mesh.faces[order])):
         online = OnlineRetargeter(shipped.networks, vertices, triangles)
-        found.append(online.mesh.skinned(online.motion(joints)))
-    assert np.linalg.norm(found[0] - found[1], axis=-1).mean() < 0.01
+        surfaces.append(online.mesh.skinned(online.motion(joints)))
+    assert np.linalg.norm(surfaces[0] - surfaces[1], axis=-1).mean() < 0.01
     online = OnlineRetargeter(shipped.networks, thin, faces)
     there = online.mesh.skinned(online.motion(joints))
-    mine = np.flatnonzero(kept >= 0)  # vertices that both meshes have
-    theirs = kept[mine]
-    np.testing.assert_array_equal(thin[mine], mesh.vertices[theirs])
-    assert len(mine) > 50
-    assert np.linalg.norm(there[:, mine] - found[0][:, theirs], axis=-1).mean() < 0.01
+    common = np.flatnonzero(kept >= 0)  # vertices that both meshes have
+    originals = kept[common]
+    np.testing.assert_array_equal(thin[common], mesh.vertices[originals])
+    assert len(common) > 50
+    assert np.linalg.norm(there[:, common] - surfaces[0][:, originals], axis=-1).mean() < 0.01
     other = points_of(motion, "another case")
     online = OnlineRetargeter(shipped.networks, mesh.vertices, mesh.faces)
     again = online.mesh.skinned(online.motion(shipped.networks.skr.joints(other.points)))
-    assert np.linalg.norm(again - found[0], axis=-1).mean() < 0.02  # other points of the same source
+    assert np.linalg.norm(again - surfaces[0], axis=-1).mean() < 0.02  # other points of the same source

@@ -47,11 +47,11 @@ def test_savitzky_golay_leaves_polynomials_of_its_order_alone(window, order):
 
 def test_savitzky_golay_is_the_least_squares_fit_at_the_middle_of_its_window():
     places = RNG.normal(size=(30, JOINTS, 3))
-    found = answer(SavitzkyGolay(9, 2), positions(places))
+    filtered = answer(SavitzkyGolay(9, 2), positions(places))
     window = np.arange(-4, 5)
     for frame in (4, 11, 25):
         fit = np.polynomial.polynomial.polyfit(window, places[frame - 4 : frame + 5].reshape(9, -1), 2)
-        assert np.allclose(found[frame].ravel(), fit[0], atol=1e-9)
+        assert np.allclose(filtered[frame].ravel(), fit[0], atol=1e-9)
 
 
 def test_savitzky_golay_takes_as_many_seconds_at_any_rate():
@@ -70,9 +70,9 @@ def test_a_gaussian_damps_a_wave_by_its_known_share():
     frames, period, sigma = 400, 20, 0.1
     wave = np.sin(2 * np.pi * np.arange(frames) / period)
     places = np.broadcast_to(wave[:, None, None], (frames, JOINTS, 3))
-    found = answer(GaussianFilter(sigma), positions(places))
+    filtered = answer(GaussianFilter(sigma), positions(places))
     share = np.exp(-0.5 * (2 * np.pi / period * sigma * 30) ** 2)
-    assert np.allclose(found[50:-50], share * places[50:-50], atol=2e-3)
+    assert np.allclose(filtered[50:-50], share * places[50:-50], atol=2e-3)
 
 
 def test_the_width_follows_the_noise():

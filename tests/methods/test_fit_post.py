@@ -43,8 +43,8 @@ def test_twists_that_positions_leave_open_are_those_of_the_source():
     answer, head = motion.character.positions(motion.positions, motion.fps), motion.skeleton.index("Head")
     post = registry.create("posts", "fit")
     for source, near in ((motion, True), (answer, False)):
-        found = post.process(answer, source, context=Context())
-        apart = rotation.angle(found.global_rotations[:, head], motion.global_rotations[:, head])
+        processed = post.process(answer, source, context=Context())
+        apart = rotation.angle(processed.global_rotations[:, head], motion.global_rotations[:, head])
         assert (np.degrees(apart).max() < 0.1) == near
 
 
@@ -63,7 +63,7 @@ def test_rows_hold_values_that_need_rotations_and_say_what_was_done(tmp_path, mo
     assert rotated.header.method.label == "toy_method[does=positions]+fit"
     assert [post["name"] for post in rotated.header.method.posts] == ["fit"]
     values = [values_of(results) for results in (plain, rotated)]
-    turned = [{id_ for id_ in found if id_.startswith("rotation.")} for found in values]
+    turned = [{id_ for id_ in ids if id_.startswith("rotation.")} for ids in values]
     assert not turned[0]
     assert turned[1]
     assert values[1]["mpjpe_h.world"] == pytest.approx(values[0]["mpjpe_h.world"], abs=1e-3)
@@ -71,10 +71,10 @@ def test_rows_hold_values_that_need_rotations_and_say_what_was_done(tmp_path, mo
 
 def values_of(results: store.Results) -> dict[str, float]:
     """Value id -> its mean over the cases."""
-    found: dict[str, list[float]] = {}
+    by_value: dict[str, list[float]] = {}
     for entry in results.entries:
         assert entry.status == "ok", entry.message
         for id_, value in entry.values.items():
             if isinstance(value, float):
-                found.setdefault(id_, []).append(value)
-    return {id_: float(np.mean(each)) for id_, each in found.items()}
+                by_value.setdefault(id_, []).append(value)
+    return {id_: float(np.mean(each)) for id_, each in by_value.items()}

@@ -225,9 +225,9 @@ def test_blending_is_what_its_description_says(labels, reach, seed):
     rests = np.array(labels)
     places = np.random.default_rng(seed).normal(size=(len(rests), 2, 3))
     both = np.stack([rests, ~rests], axis=1)
-    found = held(places, both, reach)
+    blended = held(places, both, reach)
     for joint in range(2):
         expected = blended_by_hand(places[:, joint], both[:, joint], reach)
-        assert found[:, joint] == pytest.approx(expected, abs=1e-12)
+        assert blended[:, joint] == pytest.approx(expected, abs=1e-12)
     far = [t for t in range(len(rests)) if not rests[max(0, t - reach) : t + reach + 1].any()]
-    assert (found[far, 0] == places[far, 0]).all()
+    assert (blended[far, 0] == places[far, 0]).all()

@@ -23,8 +23,8 @@ def locked(answer: Motion, source: Motion) -> Motion:
 
 
 def answered(method: str, source: Motion, target: Character) -> Motion:
-    made = registry.create("methods", str(Spec.parse(method)))
-    return made.retarget(source, target, context=Context())
+    plugin = registry.create("methods", str(Spec.parse(method)))
+    return plugin.retarget(source, target, context=Context())
 
 
 def feet(motion: Motion) -> np.ndarray:
@@ -48,12 +48,12 @@ def swaying(motion: Motion, path: float, turns: float) -> Motion:
 def test_feet_of_a_swaying_drifting_answer_stand_where_those_of_ik_stand(target):
     source = squat(body())
     answer = swaying(answered("copy_rotations", source, target), 0.01, 0.02)
-    found = locked(answer, source)
+    result = locked(answer, source)
     assert np.ptp(feet(answer), axis=0).max() > 0.02 * target.height
-    assert np.ptp(feet(found), axis=0).max() < 2e-3 * target.height
+    assert np.ptp(feet(result), axis=0).max() < 2e-3 * target.height
     expected = feet(answered("ik[hands=false]", source, target))
     assert (
-        np.abs(feet(found) - expected).max() < 0.02 * target.height
+        np.abs(feet(result) - expected).max() < 0.02 * target.height
     )  # toes lie as the answer's feet point
 
 
@@ -67,12 +67,12 @@ def test_copied_rotations_become_ik_without_hands():
 def test_above_the_hips_joints_turn_as_in_the_answer():
     source = squat(body())
     answer = swaying(source, 0.01, 0.05)
-    found = locked(answer, source)
+    result = locked(answer, source)
     upper = answer.character.joints(UPPER)
-    apart = rotation.angle(found.global_rotations[:, upper], answer.global_rotations[:, upper])
+    apart = rotation.angle(result.global_rotations[:, upper], answer.global_rotations[:, upper])
     assert apart.max() < 1e-6
-    np.testing.assert_allclose(np.linalg.norm(found.rotations, axis=-1), 1.0, atol=1e-9)
-    assert (found.frames, found.fps, found.character) == (answer.frames, answer.fps, answer.character)
+    np.testing.assert_allclose(np.linalg.norm(result.rotations, axis=-1), 1.0, atol=1e-9)
+    assert (result.frames, result.fps, result.character) == (answer.frames, answer.fps, answer.character)
 
 
 def test_the_answer_is_not_changed_in_place():

@@ -41,23 +41,23 @@ def test_axes_turn_and_turn_back():
 
 @pytest.mark.parametrize("structure", sorted(BODIES))
 def test_twelve_major_joints_and_hips_first(structure):
-    mine = body(BODIES[structure])
-    assert mine.character.roles[mine.joints[0]] == "hips"
-    assert mine.parents[0] == -1
-    assert all(0 <= parent < place for place, parent in enumerate(mine.parents) if place)
-    assert mine.major.sum() == len(MAJOR) == 12
-    assert np.abs(mine.template[0]).max() < 1e-12
-    assert mine.template[:, 2].max() > 0.3 > -0.3 > mine.template[:, 2].min()
+    humot_body = body(BODIES[structure])
+    assert humot_body.character.roles[humot_body.joints[0]] == "hips"
+    assert humot_body.parents[0] == -1
+    assert all(0 <= parent < place for place, parent in enumerate(humot_body.parents) if place)
+    assert humot_body.major.sum() == len(MAJOR) == 12
+    assert np.abs(humot_body.template[0]).max() < 1e-12
+    assert humot_body.template[:, 2].max() > 0.3 > -0.3 > humot_body.template[:, 2].min()
 
 
 @pytest.mark.parametrize("structure", sorted(BODIES))
 def test_places_of_the_joints_seen_come_back(structure):
     character = BODIES[structure]
-    mine = body(character)
+    humot_body = body(character)
     numbers = np.random.default_rng(1)
     root = numbers.normal(size=(4, 3))
     motion = character.motion(np.repeat(neutral_pose(character)[None], 4, axis=0), root, 30.0)
-    back = mine.positions(mine.see(motion), 30.0)
+    back = humot_body.positions(humot_body.see(motion), 30.0)
     np.testing.assert_allclose(back.positions, motion.positions, atol=1e-9)
 
 
@@ -69,14 +69,14 @@ def test_joints_that_are_not_seen_follow_their_bones():
         [[0, 1, 0], [0, 0.3, 0], [0, 0.3, 0], [0.2, 0.2, 0], [0.3, 0, 0], [0.3, 0, 0], [0.1, 0, 0]], float
     )
     character = Character.of("fingered", Skeleton(names, parents, offsets))
-    mine = body(character)
-    assert 6 not in mine.joints
+    humot_body = body(character)
+    assert 6 not in humot_body.joints
     pose = neutral_pose(character)
     turned = np.array([pose, pose])
     turned[1, 3] = [np.cos(0.4), 0.0, 0.0, np.sin(0.4)]  # swings the arm in the plane that it hangs in
     motion = character.motion(turned, np.zeros((2, 3)), 30.0)
-    found = mine.positions(mine.see(motion), 30.0).positions
-    np.testing.assert_allclose(found, motion.positions, atol=1e-9)
+    restored = humot_body.positions(humot_body.see(motion), 30.0).positions
+    np.testing.assert_allclose(restored, motion.positions, atol=1e-9)
 
 
 @pytest.mark.parametrize("words", [("Shoulder", "Arm", "ForeArm", "Hand"), ("UpLeg", "Leg", "Foot", "Toe")])
@@ -93,23 +93,33 @@ def test_puppets_are_as_tall_by_their_legs_or_arms_alone():
     every = [body(each) for each in PUPPETS.values() if not each.four_legged]
     for limb in (("foot", "leg", "up_leg"), ("arm", "forearm", "hand"), ("leg", "forearm")):
         ratios = []
-        for mine in every:
-            known = np.isin(mine.heights, [HEIGHTS[part] for part in limb])
+        for humot_body in every:
+            known = np.isin(humot_body.heights, [HEIGHTS[part] for part in limb])
             assert known.sum() == 2 * len(limb)
-            ratios.append(stature(mine.template, np.where(known, mine.heights, np.nan)) / mine.stature)
+            ratios.append(
+                stature(humot_body.template, np.where(known, humot_body.heights, np.nan))
+                / humot_body.stature
+            )
         assert np.mean(ratios) == pytest.approx(1.0, abs=0.03)
         assert np.mean(np.abs(np.log(ratios)) < 0.25) > 0.9  # one has arms to the floor
-    for mine in every:
+    for humot_body in every:
         ankles_to_shoulders = (
-            mine.template[mine.heights == 1.0, 2].max() - mine.template[:, 2][mine.heights == 0.0].min()
+            humot_body.template[humot_body.heights == 1.0, 2].max()
+            - humot_body.template[:, 2][humot_body.heights == 0.0].min()
         )
-        assert mine.stature == pytest.approx(ankles_to_shoulders)
+        assert humot_body.stature == pytest.approx(ankles_to_shoulders)
 
 
 def test_one_height_tells_no_stature():
-    mine = body(BODIES["h36m17"])
+    humot_body = body(BODIES["h36m17"])
     for part in ("arm", "foot"):
-        assert stature(mine.template, np.where(mine.heights == HEIGHTS[part], mine.heights, np.nan)) == 0.0
+        assert (
+            stature(
+                humot_body.template,
+                np.where(humot_body.heights == HEIGHTS[part], humot_body.heights, np.nan),
+            )
+            == 0.0
+        )
     assert size_factor(0.0) == 1.0
 
 
@@ -129,9 +139,9 @@ def test_joints_are_left_out_as_often_as_the_paper_says():
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4))
 def test_at_least_two_joints_stay(seed, joints):
-    found = subsampled(np.random.default_rng(seed), np.zeros(joints, bool))
-    assert len(found) >= min(2, joints)
-    assert (np.diff(found) > 0).all()
+    subset = subsampled(np.random.default_rng(seed), np.zeros(joints, bool))
+    assert len(subset) >= min(2, joints)
+    assert (np.diff(subset) > 0).all()
 
 
 @given(st.data())

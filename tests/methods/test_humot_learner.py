@@ -22,21 +22,21 @@ def losses(module, batch):
 # ---------------------------------------------------------------------------------------- what is drawn
 def test_the_whole_skeleton_where_nothing_is_left_out():
     module = humot_material.training_module(lengths=(WINDOW,), subsampling=False, **humot_material.PLAIN)
-    given, asked = (training_material.batch(module, 4)[key] for key in ("source", "target"))
-    for key in given:
-        assert torch.equal(given[key], asked[key])
+    source, target = (training_material.batch(module, 4)[key] for key in ("source", "target"))
+    for key in source:
+        assert torch.equal(source[key], target[key])
     for row in range(4):
-        count = int(given["joints"][row].sum())
-        places = given["places"][row, :, :count].numpy()
+        count = int(source["joints"][row].sum())
+        places = source["places"][row, :, :count].numpy()
         name = next(
             name
             for name in humot_material.THREE
             if len(body(BODIES[name]).joints) == count
-            and np.allclose(body(BODIES[name]).template, given["template"][row, :count], atol=1e-6)
+            and np.allclose(body(BODIES[name]).template, source["template"][row, :count], atol=1e-6)
         )
-        mine = body(BODIES[name])
-        assert np.abs(places[:, mine.major].mean((0, 1))).max() < 1e-5
-        assert given["parents"][row, :count].tolist() == list(mine.parents)
+        humot_body = body(BODIES[name])
+        assert np.abs(places[:, humot_body.major].mean((0, 1))).max() < 1e-5
+        assert source["parents"][row, :count].tolist() == list(humot_body.parents)
         (clip,) = training_material.training_data(HuMoT(), {name: BODIES[name]}, (WINDOW,)).clips[name]
         apart = places - clip.arrays["places"]
         assert np.abs(apart - apart[:1, :1]).max() < 1e-5  # but for one shift

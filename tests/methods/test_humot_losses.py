@@ -24,19 +24,19 @@ def rows(seed=0):
 
 
 def test_eq_1_is_the_mean_squared_distance():
-    answer, wanted, joints, frames, _ = rows()
+    answer, target, joints, frames, _ = rows()
     expected = []
     for row, (length, count) in enumerate(ROWS):
         total = 0.0
         for frame in range(length):
             for joint in range(count):
-                total += float(((answer[row, frame, joint] - wanted[row, frame, joint]) ** 2).sum())
+                total += float(((answer[row, frame, joint] - target[row, frame, joint]) ** 2).sum())
         expected.append(total / length / count)
-    assert reconstruction(answer, wanted, joints, frames).item() == pytest.approx(np.mean(expected), 1e-12)
+    assert reconstruction(answer, target, joints, frames).item() == pytest.approx(np.mean(expected), 1e-12)
 
 
 def test_eq_2_is_the_variance_of_relative_bone_lengths():
-    answer, wanted, _, frames, parents = rows()
+    answer, target, _, frames, parents = rows()
     expected = []
     for row, (length, _) in enumerate(ROWS):
         each = []
@@ -44,21 +44,21 @@ def test_eq_2_is_the_variance_of_relative_bone_lengths():
             if parent >= 0:
                 ratios = [
                     np.linalg.norm(answer[row, f, joint] - answer[row, f, parent])
-                    / np.linalg.norm(wanted[row, f, joint] - wanted[row, f, parent])
+                    / np.linalg.norm(target[row, f, joint] - target[row, f, parent])
                     for f in range(length)
                 ]
                 each.append(np.var(ratios))
         expected.append(np.mean(each))
-    assert bones(answer, wanted, parents, frames).item() == pytest.approx(np.mean(expected), 1e-12)
+    assert bones(answer, target, parents, frames).item() == pytest.approx(np.mean(expected), 1e-12)
 
 
 def test_padding_counts_for_nothing():
     answer, expected, joints, frames, parents = rows()
     real = (frames[:, :, None] & joints[:, None, :])[..., None]
     other = torch.where(real, answer, 1e6)
-    asked = {"places": expected, "joints": joints, "parents": parents}
-    for name, value in losses(answer, asked, frames, 0.5).items():
-        assert losses(other, asked, frames, 0.5)[name].item() == pytest.approx(value.item(), rel=1e-12)
+    target = {"places": expected, "joints": joints, "parents": parents}
+    for name, value in losses(answer, target, frames, 0.5).items():
+        assert losses(other, target, frames, 0.5)[name].item() == pytest.approx(value.item(), rel=1e-12)
 
 
 def test_bones_that_scale_all_alike_cost_nothing_and_have_gradients():
@@ -84,8 +84,8 @@ def test_a_bone_of_no_length_is_left_out():
 
 def test_the_weight_of_eq_2():
     answer, expected, joints, frames, parents = rows()
-    asked = {"places": expected, "joints": joints, "parents": parents}
-    assert set(losses(answer, asked, frames, 0.0)) == {"reconstruction"}
-    assert losses(answer, asked, frames, 0.5)["bones"].item() == pytest.approx(
+    target = {"places": expected, "joints": joints, "parents": parents}
+    assert set(losses(answer, target, frames, 0.0)) == {"reconstruction"}
+    assert losses(answer, target, frames, 0.5)["bones"].item() == pytest.approx(
         0.5 * bones(answer, expected, parents, frames).item()
     )

@@ -54,9 +54,9 @@ def through(encoder: nn.Module, decoder: nn.Module, sequences: Batch) -> tuple[T
     if not isinstance(encoder, Encoder):  # plain ones see the masks
         code = encoder(positions, template, joints, frames)
         return code, decoder(code, template, joints, frames)
-    given, asked = RaggedTokens.between(joints.numpy(), joints.numpy(), frames.numpy())
-    code = encoder(positions, template, given)
-    return code, decoder(code, template, asked)
+    source_tokens, target_tokens = RaggedTokens.between(joints.numpy(), joints.numpy(), frames.numpy())
+    code = encoder(positions, template, source_tokens)
+    return code, decoder(code, template, target_tokens)
 
 
 def doubled(sequences: Batch) -> Batch:
@@ -68,15 +68,15 @@ def gradients(encoder: nn.Module, decoder: nn.Module, sequences: Batch) -> list[
     """Code, positions, and gradients by all parameters of a sum that means nothing."""
     code, places = through(encoder, decoder, sequences)
     (places.square() + places).sum().backward()
-    found = [each.grad for module in (encoder, decoder) for each in module.parameters()]
-    return [code, places, *found]
+    grads = [each.grad for module in (encoder, decoder) for each in module.parameters()]
+    return [code, places, *grads]
 
 
 # ---------------------------------------------------------------------------------------- what they are
 @pytest.mark.parametrize(("design", "count"), [(PAPER_COUNT, 2_475_511), (TEXT, 2_562_629)])
 def test_as_many_parameters_as_said(design, count):
-    found = sum(each.numel() for net in (Encoder(design), Decoder(design)) for each in net.parameters())
-    assert found == count
+    number = sum(each.numel() for net in (Encoder(design), Decoder(design)) for each in net.parameters())
+    assert number == count
 
 
 def test_small_has_a_block_on_either_side_and_1_385_799_parameters():
@@ -92,13 +92,13 @@ def test_small_has_a_block_on_either_side_and_1_385_799_parameters():
 @pytest.mark.parametrize("sizes", SIZES.values(), ids=list(SIZES))
 def test_the_same_as_plain_networks(design, sizes, training):
     encoder, decoder = networks(design)
-    ours = [net.double().train(training) for net in (encoder, decoder)]
+    lean = [net.double().train(training) for net in (encoder, decoder)]
     plain = [PlainEncoder(encoder).train(training), PlainDecoder(decoder).train(training)]
     sequences = doubled(batch(*sizes))
-    found, expected = gradients(*ours, sequences), gradients(*plain, sequences)
-    for one, other in zip(found, expected, strict=True):
+    actual, expected = gradients(*lean, sequences), gradients(*plain, sequences)
+    for one, other in zip(actual, expected, strict=True):
         torch.testing.assert_close(one, other, atol=1e-9, rtol=1e-9)
-    for own, other in zip(ours, plain, strict=True):
+    for own, other in zip(lean, plain, strict=True):
         for one, two in zip(own.buffers(), other.buffers(), strict=True):
             torch.testing.assert_close(one, two, atol=1e-12, rtol=1e-12)
 
@@ -110,14 +110,14 @@ def test_single_precision_is_enough_for_five_digits(design):
     plain = PlainEncoder(encoder), PlainDecoder(decoder)
     sequences = batch([11, 5, 3], [12, 12, 12])
     exact = gradients(*(copy.deepcopy(net).double() for net in plain), doubled(sequences))
-    found, expected = gradients(encoder, decoder, sequences), gradients(*plain, sequences)
-    for one, other in zip(found[:2], expected[:2], strict=True):
+    actual, expected = gradients(encoder, decoder, sequences), gradients(*plain, sequences)
+    for one, other in zip(actual[:2], expected[:2], strict=True):
         torch.testing.assert_close(one, other, atol=1e-5, rtol=1e-5)
-    ours, theirs, true = (
-        torch.cat([each.flatten() for each in several[2:]]) for several in (found, expected, exact)
+    own, reference, true = (
+        torch.cat([each.flatten() for each in several[2:]]) for several in (actual, expected, exact)
     )
-    assert (ours - theirs).norm() < 1e-5 * true.norm()
-    assert (ours - true).norm() < 2.0 * (theirs - true).norm()
+    assert (own - reference).norm() < 1e-5 * true.norm()
+    assert (own - true).norm() < 2.0 * (reference - true).norm()
 
 
 # ------------------------------------------------------------------------- padding and neighbours
@@ -145,11 +145,11 @@ def padded(sequences: Batch, joints: int, frames: int) -> Batch:
 
 
 @torch.no_grad()
-def check_alone(nets: tuple[Encoder, Decoder], given: Batch) -> None:
-    code, places = through(*nets, given)
+def check_alone(nets: tuple[Encoder, Decoder], inputs: Batch) -> None:
+    code, places = through(*nets, inputs)
     for row in range(len(code)):
-        joints, frames = given[2][row], given[3][row]
-        own_code, own_places = through(*nets, alone(given, row))
+        joints, frames = inputs[2][row], inputs[3][row]
+        own_code, own_places = through(*nets, alone(inputs, row))
         torch.testing.assert_close(code[row, frames], own_code[0], atol=1e-5, rtol=1e-5)
         torch.testing.assert_close(places[row, frames][:, joints], own_places[0], atol=1e-5, rtol=1e-5)
         assert not code[row, ~frames].any()
@@ -161,30 +161,30 @@ def check_alone(nets: tuple[Encoder, Decoder], given: Batch) -> None:
 @examples(12)
 @given(sizes=sequences, more=more, seed=st.integers(0, 99))
 def test_answers_are_those_of_a_sequence_alone(design, sizes, more, seed):
-    given = padded(batch([one for one, _ in sizes], [two for _, two in sizes], seed), *more)
-    check_alone(tuple(net.eval() for net in networks(design)), given)
+    inputs = padded(batch([one for one, _ in sizes], [two for _, two in sizes], seed), *more)
+    check_alone(tuple(net.eval() for net in networks(design)), inputs)
 
 
 @pytest.mark.parametrize("design", by_token, ids=["affine", "free of parameters"])
 @examples(12)
 @given(sizes=sequences, more=more, seed=st.integers(0, 99))
 def test_by_tokens_so_are_those_in_training(design, sizes, more, seed):
-    given = padded(batch([one for one, _ in sizes], [two for _, two in sizes], seed), *more)
-    check_alone(tuple(net.train() for net in networks(design)), given)
+    inputs = padded(batch([one for one, _ in sizes], [two for _, two in sizes], seed), *more)
+    check_alone(tuple(net.train() for net in networks(design)), inputs)
 
 
 @every_design
 def test_padding_changes_no_statistics_and_no_gradients(design):
     sizes = [7, 3, 5], [11, 6, 9]
     nets, others = networks(design), networks(design)
-    found, expected = gradients(*nets, padded(batch(*sizes), 4, 3)), gradients(*others, batch(*sizes))
-    torch.testing.assert_close(found[0][:, :11], expected[0], atol=1e-5, rtol=1e-5)
-    torch.testing.assert_close(found[1][:, :11, :7], expected[1], atol=1e-5, rtol=1e-5)
+    actual, expected = gradients(*nets, padded(batch(*sizes), 4, 3)), gradients(*others, batch(*sizes))
+    torch.testing.assert_close(actual[0][:, :11], expected[0], atol=1e-5, rtol=1e-5)
+    torch.testing.assert_close(actual[1][:, :11, :7], expected[1], atol=1e-5, rtol=1e-5)
     for own, other in zip(nets, others, strict=True):
         for one, two in zip(own.buffers(), other.buffers(), strict=True):
             torch.testing.assert_close(one, two, atol=1e-6, rtol=1e-6)
     largest = max(float(each.abs().max()) for each in expected[2:])
-    for one, other in zip(found[2:], expected[2:], strict=True):
+    for one, other in zip(actual[2:], expected[2:], strict=True):
         torch.testing.assert_close(one / largest, other / largest, atol=1e-5, rtol=0.0)
 
 
@@ -199,11 +199,11 @@ def test_a_joint_left_out_anywhere_is_not_there(design):
 @every_design
 def test_long_motions_are_read_in_parts_to_the_same_effect(design, monkeypatch):
     nets = tuple(net.eval() for net in networks(design))
-    given = batch([23, 9], [100, 81])
-    expected = through(*nets, given)
+    inputs = batch([23, 9], [100, 81])
+    expected = through(*nets, inputs)
     monkeypatch.setattr(blocks, "LONG", 1)
     monkeypatch.setattr(blocks, "SIDE", (5, 7))
     with torch.no_grad():
-        found = through(*nets, given)
-    for one, other in zip(found, expected, strict=True):
+        actual = through(*nets, inputs)
+    for one, other in zip(actual, expected, strict=True):
         torch.testing.assert_close(one, other, atol=1e-5, rtol=1e-5)

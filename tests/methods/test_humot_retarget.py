@@ -68,7 +68,7 @@ def test_a_perfect_network_gives_the_source_back(method, monkeypatch):
     """What is around the networks changes nothing: pieces, fading, axes, rates."""
     monkeypatch.setattr(
         "retarget_bench.methods.humot.network.Autoencoder.forward",
-        lambda self, given, asked, frames: given["places"],
+        lambda self, inputs, target_side, frames: inputs["places"],
     )
     for frames in (1, 12, 77):
         source = dance("one", frames)
@@ -81,15 +81,15 @@ def test_the_hips_path_is_scaled_by_the_legs(method, monkeypatch, rule):
     monkeypatch.setattr(method, "root_rule", rule)
     monkeypatch.setattr(
         "retarget_bench.methods.humot.network.Autoencoder.forward",
-        lambda self, given, asked, frames: given["places"],
+        lambda self, inputs, target_side, frames: inputs["places"],
     )
     source, tall = dance("one", 50), BODIES["tall"]
-    found = carried(method, source, tall).positions
+    positions = carried(method, source, tall).positions
     ratio = getattr(tall.measures, rule) / getattr(source.character.measures, rule)
-    np.testing.assert_allclose(found[:, 0], ratio * source.positions[:, 0], atol=1e-5)
-    seen = list(body(tall).joints)
-    poses = (found[:, seen] - found[:, :1]) / body(tall).stature
-    expected = (source.positions[:, seen] - source.positions[:, :1]) / body(source.character).stature
+    np.testing.assert_allclose(positions[:, 0], ratio * source.positions[:, 0], atol=1e-5)
+    joints = list(body(tall).joints)
+    poses = (positions[:, joints] - positions[:, :1]) / body(tall).stature
+    expected = (source.positions[:, joints] - source.positions[:, :1]) / body(source.character).stature
     np.testing.assert_allclose(poses, expected, atol=1e-5)
 
 
@@ -105,50 +105,52 @@ def test_thirty_frames_per_second_are_the_networks(method):
     source = dance("one", 41)
     fast = source.character.motion(source.rotations, source.root, 60.0)
     slow = rates.at_thirty(fast)
-    found = carried(method, fast, BODIES["legs"]).positions[::2]
-    np.testing.assert_allclose(found, carried(method, slow, BODIES["legs"]).positions, atol=1e-5)
+    answered = carried(method, fast, BODIES["legs"]).positions[::2]
+    np.testing.assert_allclose(answered, carried(method, slow, BODIES["legs"]).positions, atol=1e-5)
 
 
 def test_a_part_of_a_body_is_read_and_not_written(method):
     """The paper's Figure 12: twelve joints in, the whole body out."""
     source = dance("one", 20)
-    whole = source.character
-    kept = sorted(whole.joint_of[role] for role in MAJOR)
-    part = reduced(whole, kept)
-    known = part.positions(source.positions[:, kept], source.fps)
-    assert method.supports(part, whole) is None
-    assert carried(method, known, whole).positions.shape == (20, len(whole.skeleton), 3)
-    assert "known as hips" in method.supports(whole, part)
-    places = [body(whole).joints.index(joint) for joint in kept]
-    np.testing.assert_allclose(body(part).template, body(whole).template[places], atol=1e-9)
+    full = source.character
+    kept = sorted(full.joint_of[role] for role in MAJOR)
+    part = reduced(full, kept)
+    part_positions = part.positions(source.positions[:, kept], source.fps)
+    assert method.supports(part, full) is None
+    assert carried(method, part_positions, full).positions.shape == (20, len(full.skeleton), 3)
+    assert "known as hips" in method.supports(full, part)
+    places = [body(full).joints.index(joint) for joint in kept]
+    np.testing.assert_allclose(body(part).template, body(full).template[places], atol=1e-9)
 
 
 @pytest.mark.parametrize("kept", ["left_", "right_foot", "head", "spine"])
 def test_a_part_is_centred_where_the_whole_body_is(method, monkeypatch, kept):
     """A body that stands as its template does, turned and put anywhere: what is given of it lies where the
     networks saw it in training, which leaves joints out after it has centred a window."""
-    seen = []
+    batches = []
     monkeypatch.setattr(
         "retarget_bench.methods.humot.network.Autoencoder.forward",
-        lambda self, given, asked, frames: (
-            seen.append(given) or asked["template"][:, None].repeat(1, WINDOW, 1, 1)
+        lambda self, inputs, target_side, frames: (
+            batches.append(inputs) or target_side["template"][:, None].repeat(1, WINDOW, 1, 1)
         ),
     )
-    whole = BODIES["one"]
+    full = BODIES["one"]
     turn = rotation.about(np.array([0.0, 1.0, 0.0]), 2.0)
-    places = rotation.rotate(turn, aligned.template(whole)) + np.array([3.0, 1.0, -2.0])
-    joints = [joint for role, joint in whole.joint_of.items() if role.startswith(kept)]
-    part = reduced(whole, joints)
+    places = rotation.rotate(turn, aligned.template(full)) + np.array([3.0, 1.0, -2.0])
+    joints = [joint for role, joint in full.joint_of.items() if role.startswith(kept)]
+    part = reduced(full, joints)
     assert joints
-    assert method.supports(part, whole) is None
-    carried(method, part.positions(np.repeat(places[None, sorted(joints)], 5, 0), 30.0), whole)
-    mine = body(whole)
-    expected = mine.template - mine.template[mine.major].mean(0)
-    expected = expected[[mine.joints.index(joint) for joint in sorted(joints)]] * USUAL / mine.stature
-    given = seen[0]["places"][0, 0].numpy()
-    np.testing.assert_allclose(given[:, 2], expected[:, 2], atol=1e-5)
+    assert method.supports(part, full) is None
+    carried(method, part.positions(np.repeat(places[None, sorted(joints)], 5, 0), 30.0), full)
+    humot_body = body(full)
+    expected = humot_body.template - humot_body.template[humot_body.major].mean(0)
+    expected = (
+        expected[[humot_body.joints.index(joint) for joint in sorted(joints)]] * USUAL / humot_body.stature
+    )
+    inputs = batches[0]["places"][0, 0].numpy()
+    np.testing.assert_allclose(inputs[:, 2], expected[:, 2], atol=1e-5)
     if len(joints) > 1 and kept == "left_":  # which way less stands, nothing tells
-        np.testing.assert_allclose(given, expected, atol=1e-5)
+        np.testing.assert_allclose(inputs, expected, atol=1e-5)
 
 
 @pytest.mark.parametrize("beyond", [0.2, 0.9, 3.0])
@@ -162,9 +164,9 @@ def test_what_size_a_body_has_is_nothing_that_the_networks_are_told(method, beyo
     moved = other.motion(source.rotations, source.root * beyond, source.fps)
     expected = carried(method, source, one).positions
     for actor in (source, moved):
-        for asked, factor in ((one, 1.0), (other, beyond)):
+        for target, factor in ((one, 1.0), (other, beyond)):
             np.testing.assert_allclose(
-                carried(method, actor, asked).positions / factor, expected, atol=1e-4
+                carried(method, actor, target).positions / factor, expected, atol=1e-4
             )
 
 

@@ -28,10 +28,10 @@ def drawn(split, rows=400):
     """By character, the starts of all windows drawn from its long clip, and how often the short one was."""
     module = humot_material.training_module(NAMES, LENGTHS, split=split, **PLAIN)
     clips = training_material.training_data(HuMoT(), CAST, LENGTHS).clips
-    found = module.draw(np.random.default_rng(0), rows)
+    drawn_batch = module.draw(np.random.default_rng(0), rows)
     starts, short = {name: [] for name in NAMES}, 0
     for places, joints, mask in zip(
-        found["source"]["places"], found["source"]["joints"], found["frames"], strict=True
+        drawn_batch["source"]["places"], drawn_batch["source"]["joints"], drawn_batch["frames"], strict=True
     ):
         if not mask.all():
             short += 1
@@ -41,11 +41,11 @@ def drawn(split, rows=400):
     return starts, short
 
 
-def where(places, whole):
+def where(places, full_clip):
     """The start of a window in a clip, but for one shift."""
     apart = [
-        np.ptp(places - whole.arrays["places"][start : start + WINDOW], axis=(0, 1)).max()
-        for start in whole.starts(WINDOW, HOP)
+        np.ptp(places - full_clip.arrays["places"][start : start + WINDOW], axis=(0, 1)).max()
+        for start in full_clip.starts(WINDOW, HOP)
     ]
     best = int(np.argmin(apart))
     assert sorted(apart)[1] > 1e-3 > 1e-5 > apart[best]
@@ -56,9 +56,9 @@ def test_windows_kept_aside_are_never_drawn_and_all_others_are():
     starts, short = drawn("chunk")
     assert short > 0  # the one window of the clip that is shorter than it
     for name in NAMES:
-        whole = training_material.training_data(HuMoT(), CAST, LENGTHS).clips[name][0]
-        every = whole.starts(WINDOW, HOP)
-        aside = held_out(whole, every)
+        full_clip = training_material.training_data(HuMoT(), CAST, LENGTHS).clips[name][0]
+        every = full_clip.starts(WINDOW, HOP)
+        aside = held_out(full_clip, every)
         assert (len(every), len(aside)) == (21, 2)
         assert set(starts[name]) == set(every) - aside
         beside = {start + step for start in aside for step in (-HOP, HOP)} & set(every) - aside
@@ -68,8 +68,8 @@ def test_windows_kept_aside_are_never_drawn_and_all_others_are():
 
 def test_all_windows_are_drawn_unless_told_and_as_ever():
     starts, _ = drawn("clip")
-    assert all(set(mine) == set(range(0, 121, HOP)) for mine in starts.values())
-    one, other = (humot_material.training_module(**asked) for asked in ({}, {"split": "clip"}))
+    assert all(set(clip_starts) == set(range(0, 121, HOP)) for clip_starts in starts.values())
+    one, other = (humot_material.training_module(**options) for options in ({}, {"split": "clip"}))
     for seed in range(3):
         batches = [training_material.batch(each, seed=seed)["source"]["places"] for each in (one, other)]
         assert batches[0].equal(batches[1])
@@ -77,16 +77,16 @@ def test_all_windows_are_drawn_unless_told_and_as_ever():
 
 @pytest.mark.parametrize(("windows", "aside"), [(1, 0), (4, 0), (5, 1), (14, 1), (15, 2), (100, 10)])
 def test_a_tenth_of_each_clip_rounded(windows, aside):
-    whole = clip(30 + HOP * (windows - 1))
-    every = whole.starts(30, HOP)
-    found = held_out(whole, every)
-    assert (len(every), len(found)) == (windows, aside)
-    assert found <= set(every)
+    full_clip = clip(30 + HOP * (windows - 1))
+    every = full_clip.starts(30, HOP)
+    held = held_out(full_clip, every)
+    assert (len(every), len(held)) == (windows, aside)
+    assert held <= set(every)
 
 
 def test_the_choice_is_stable_and_each_clips_own():
     every = range(0, 6000, HOP)
-    chosen = [held_out(clip(1, *asked), every) for asked in (("a", "x"), ("a", "y"), ("b", "x"))]
+    chosen = [held_out(clip(1, *names), every) for names in (("a", "x"), ("a", "y"), ("b", "x"))]
     assert chosen[0] == held_out(clip(99, "a", "x"), every[::-1])
     for k in range(3):  # two tenths of 1000 that are drawn apart share about ten
         assert len(chosen[k]) == 100

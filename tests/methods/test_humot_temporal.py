@@ -22,15 +22,15 @@ def _by_frequency(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_values_and_gradients_are_torchs(frames, kernel):
     layer = TemporalConvolution(3, 4, kernel).double()
     values = torch.randn(5, frames, 3, dtype=torch.float64, requires_grad=True)
-    given = torch.randn(5, frames, 4, dtype=torch.float64)
+    upstream = torch.randn(5, frames, 4, dtype=torch.float64)
     expected = functional.conv1d(values.transpose(1, 2), layer.weight, layer.bias, padding=kernel // 2)
     expected = expected.transpose(1, 2)
-    found = layer(values)
-    torch.testing.assert_close(found, expected, atol=1e-12, rtol=1e-12)
-    wanted = [values, layer.weight, layer.bias]
-    ours = torch.autograd.grad(found, wanted, given)
-    theirs = torch.autograd.grad(expected, wanted, given)
-    for one, other in zip(ours, theirs, strict=True):
+    actual = layer(values)
+    torch.testing.assert_close(actual, expected, atol=1e-12, rtol=1e-12)
+    variables = [values, layer.weight, layer.bias]
+    own_gradients = torch.autograd.grad(actual, variables, upstream)
+    reference_gradients = torch.autograd.grad(expected, variables, upstream)
+    for one, other in zip(own_gradients, reference_gradients, strict=True):
         torch.testing.assert_close(one, other, atol=1e-11, rtol=1e-11)
 
 

@@ -60,11 +60,14 @@ def moving(character: Character) -> Motion:
 
 def test_a_body_that_turns_by_202_degrees_turns_its_head_its_eyes_and_its_cape():
     motion = turning(dressed(), 202.0)
-    mine = body(motion.character)
-    assert {motion.skeleton.names[joint] for joint in mine.joints} & EXTRAS.keys() <= {"Tail", "Tail1"}
-    found = mine.positions(mine.see(motion), 30.0)
-    np.testing.assert_allclose(found.positions, motion.positions, atol=EXACT)
-    fitted = fit(found).motion
+    humot_body = body(motion.character)
+    assert {motion.skeleton.names[joint] for joint in humot_body.joints} & EXTRAS.keys() <= {
+        "Tail",
+        "Tail1",
+    }
+    restored = humot_body.positions(humot_body.see(motion), 30.0)
+    np.testing.assert_allclose(restored.positions, motion.positions, atol=EXACT)
+    fitted = fit(restored).motion
     expected = about("Y", np.linspace(0.0, 202.0, 60))
     for name in ("Hips", "Spine2", "Head", "LeftHand", "Cape"):
         turned = fitted.global_rotations[:, fitted.skeleton.index(name)]
@@ -76,17 +79,19 @@ def test_heads_and_hands_are_turned_as_the_source_s(scale):
     """Positions of necks and wrists do not show it. The source has neither eyes nor fingers."""
     plain, target = dance(method_bodies.body()), dressed(scale)
     expected = transfer.carry(plain, target, "hip_height")
-    mine = body(target)
-    found = mine.positions(mine.see(expected), 30.0, plain)
-    np.testing.assert_allclose(found.positions, expected.positions, atol=EXACT)
-    silent = mine.positions(mine.see(expected), 30.0, plain.character.positions(plain.positions, 30.0))
+    humot_body = body(target)
+    restored = humot_body.positions(humot_body.see(expected), 30.0, plain)
+    np.testing.assert_allclose(restored.positions, expected.positions, atol=EXACT)
+    silent = humot_body.positions(
+        humot_body.see(expected), 30.0, plain.character.positions(plain.positions, 30.0)
+    )
     assert np.abs(silent.positions - expected.positions).max() > 0.02
 
 
 def test_a_perfect_network_gives_back_what_it_does_not_see(monkeypatch):
     monkeypatch.setattr(
         "retarget_bench.methods.humot.network.Autoencoder.forward",
-        lambda self, given, asked, frames: given["places"],
+        lambda self, inputs, target_side, frames: inputs["places"],
     )
     source = moving(dressed())
     answer = humot_material.trained().retarget(source, source.character, context=Context(seed=0))
@@ -101,10 +106,10 @@ def test_heads_of_real_rigs_turn_with_their_bodies(real_data: Path, file: str):
     if not (real_data / file).is_file():
         pytest.skip(f"{file} is not among the real motion data")
     motion = rates.at_thirty(importer.load(real_data / file).motion).at(slice(0, 60))
-    mine, head = body(motion.character), motion.character.joint_of["head"]
+    humot_body, head = body(motion.character), motion.character.joint_of["head"]
     for source, most in ((motion, 2.0), (None, 90.0)):
-        found = fit(mine.positions(mine.see(motion), 30.0, source), source).motion
-        turned = [each.global_rotations[:, head] for each in (found, motion)]
+        fitted = fit(humot_body.positions(humot_body.see(motion), 30.0, source), source).motion
+        turned = [each.global_rotations[:, head] for each in (fitted, motion)]
         assert np.degrees(rotation.angle(*turned)).max() < most
         fastest = [np.degrees(rotation.angle(each[1:], each[:-1])).max() for each in turned]
         assert fastest[0] < 1.2 * fastest[1] + 5.0

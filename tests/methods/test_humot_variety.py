@@ -39,23 +39,23 @@ def dance(name, frames=6):
     return method_bodies.dance(pan_material.BODIES[name], frames)
 
 
-def bones(places, mine):
-    return (places - places[..., list(mine.parents), :])[..., 1:, :]
+def bones(places, humot_body):
+    return (places - places[..., list(humot_body.parents), :])[..., 1:, :]
 
 
 def lengths_of(bones):
     return np.linalg.norm(bones, axis=1)
 
 
-def bones_to(places, mine):
-    return places - places[..., list(mine.parents), :]
+def bones_to(places, humot_body):
+    return places - places[..., list(humot_body.parents), :]
 
 
 def leaning(character, added):
     """The character with what ``slants`` gives added to its bones, and the same rotations at rest."""
-    skeleton, mine = character.skeleton, body(character)
+    skeleton, humot_body = character.skeleton, body(character)
     offsets = skeleton.offsets.copy()
-    for joint, more in zip(mine.joints[1:], upright(added)[1:], strict=True):
+    for joint, more in zip(humot_body.joints[1:], upright(added)[1:], strict=True):
         above = character.reference_globals[skeleton.parents[joint]]
         offsets[joint] += rotation.rotate(rotation.conjugate(above), more)
     other = Skeleton(skeleton.names, skeleton.parents, offsets)
@@ -68,9 +68,9 @@ def resized(character, factors):
     """The character with the bones to its joints seen longer by factors."""
     skeleton = character.skeleton
     offsets = skeleton.offsets.copy()
-    seen = list(body(character).joints)
-    assert len(seen) == len(offsets)
-    offsets[seen] *= factors[:, None]
+    joints = list(body(character).joints)
+    assert len(joints) == len(offsets)
+    offsets[joints] *= factors[:, None]
     return Character.of(
         "resized", Skeleton(skeleton.names, skeleton.parents, offsets), roles=character.roles
     )
@@ -80,18 +80,18 @@ def resized(character, factors):
 @given(SEEDS)
 def test_reshaped_motion_is_what_the_same_rotations_do_on_other_bones(seed):
     motion = dance("one")
-    mine = body(motion.character)
-    factors = proportions(np.random.default_rng(seed), mine)
+    humot_body = body(motion.character)
+    factors = proportions(np.random.default_rng(seed), humot_body)
     other = resized(motion.character, factors)
     expected = other.motion(motion.rotations, motion.root, motion.fps)
-    found = reproportion(mine.see(motion), factors, mine)
-    wanted_places = body(other).see(expected)
-    apart = wanted_places - wanted_places[:, :1]
-    np.testing.assert_allclose(found - found[:, :1], apart, atol=1e-9)
-    np.testing.assert_allclose(found[:, 0], mine.see(motion)[:, 0])
+    reshaped = reproportion(humot_body.see(motion), factors, humot_body)
+    expected_places = body(other).see(expected)
+    apart = expected_places - expected_places[:, :1]
+    np.testing.assert_allclose(reshaped - reshaped[:, :1], apart, atol=1e-9)
+    np.testing.assert_allclose(reshaped[:, 0], humot_body.see(motion)[:, 0])
     np.testing.assert_allclose(
-        reproportion(mine.template, factors, mine),
-        upright(aligned.template(other)[list(mine.joints)]),
+        reproportion(humot_body.template, factors, humot_body),
+        upright(aligned.template(other)[list(humot_body.joints)]),
         atol=1e-9,
     )
 
@@ -100,26 +100,26 @@ def test_reshaped_motion_is_what_the_same_rotations_do_on_other_bones(seed):
 @given(SEEDS, st.sampled_from(sorted(THREE)))
 def test_slanted_motion_is_what_the_same_rotations_do_on_slanted_bones(seed, name):
     motion = dance(name)
-    mine = body(motion.character)
-    added = slants(np.random.default_rng(seed), mine)
+    humot_body = body(motion.character)
+    added = slants(np.random.default_rng(seed), humot_body)
     other = leaning(motion.character, added)
     expected = body(other).see(other.motion(motion.rotations, motion.root, motion.fps))
-    found = slanted(mine.see(motion), mine.turns(motion), added, mine)
-    np.testing.assert_allclose(found - found[:, :1], expected - expected[:, :1], atol=1e-9)
-    np.testing.assert_array_equal(found[:, 0], mine.see(motion)[:, 0])
-    template = mine.template + build(mine).chains @ added
+    result = slanted(humot_body.see(motion), humot_body.turns(motion), added, humot_body)
+    np.testing.assert_allclose(result - result[:, :1], expected - expected[:, :1], atol=1e-9)
+    np.testing.assert_array_equal(result[:, 0], humot_body.see(motion)[:, 0])
+    template = humot_body.template + build(humot_body).chains @ added
     np.testing.assert_allclose(template, body(other).template, atol=1e-9)
 
 
 @examples(20)
 @given(SEEDS)
 def test_slants_keep_lengths_and_are_mirror_images_and_leave_hanging_arms(seed):
-    mine = body(BODIES["one"])
-    added = slants(np.random.default_rng(seed), mine)
-    before = mine.template - mine.template[list(mine.parents)]
+    humot_body = body(BODIES["one"])
+    added = slants(np.random.default_rng(seed), humot_body)
+    before = humot_body.template - humot_body.template[list(humot_body.parents)]
     lengths = (np.linalg.norm(each, axis=1) for each in (before, before + added))
     np.testing.assert_allclose(*lengths, atol=1e-12)
-    roles = [mine.character.roles[joint] or "" for joint in mine.joints]
+    roles = [humot_body.character.roles[joint] or "" for joint in humot_body.joints]
     for place, role in enumerate(roles):
         if role.startswith("left_"):
             other = roles.index(role.replace("left_", "right_"))
@@ -133,37 +133,37 @@ def test_slants_keep_lengths_and_are_mirror_images_and_leave_hanging_arms(seed):
 
 
 def test_half_of_the_bodies_slant_by_some_degrees():
-    mine, numbers = body(BODIES["one"]), np.random.default_rng(0)
-    every = np.array([slants(numbers, mine) for _ in range(1000)])
+    humot_body, numbers = body(BODIES["one"]), np.random.default_rng(0)
+    every = np.array([slants(numbers, humot_body) for _ in range(1000)])
     assert 0.45 < every.any(axis=(1, 2)).mean() < 0.55
-    shin = [mine.character.roles[joint] for joint in mine.joints].index("left_foot")
-    length = np.linalg.norm(mine.template[shin] - mine.template[mine.parents[shin]])
+    shin = [humot_body.character.roles[joint] for joint in humot_body.joints].index("left_foot")
+    length = np.linalg.norm(humot_body.template[shin] - humot_body.template[humot_body.parents[shin]])
     moved = np.linalg.norm(every[every.any(axis=(1, 2))][:, shin], axis=1) / length
     assert 5 < np.degrees(2 * np.arcsin(moved / 2)).mean() < 15
 
 
 def test_where_only_positions_are_known_no_bone_is_slanted():
     motion = dance("one")
-    mine = body(motion.character)
-    assert not mine.turns(motion.character.positions(motion.positions, motion.fps)).any()
+    humot_body = body(motion.character)
+    assert not humot_body.turns(motion.character.positions(motion.positions, motion.fps)).any()
 
 
 @examples(20)
 @given(SEEDS)
 def test_both_sides_of_a_body_have_the_same_proportions(seed):
-    mine = body(BODIES["one"])
-    factors = proportions(np.random.default_rng(seed), mine)
-    assert factors.shape == (len(mine.joints),)
+    humot_body = body(BODIES["one"])
+    factors = proportions(np.random.default_rng(seed), humot_body)
+    assert factors.shape == (len(humot_body.joints),)
     assert LIMITS[0] <= factors.min() <= factors.max() <= LIMITS[1]
-    roles = [mine.character.roles[joint] or "" for joint in mine.joints]
+    roles = [humot_body.character.roles[joint] or "" for joint in humot_body.joints]
     for place, role in enumerate(roles):
         if role.startswith("left_"):
             assert factors[place] == factors[roles.index(role.replace("left_", "right_"))]
 
 
 def test_half_of_the_bodies_keep_their_own_and_the_others_differ_by_a_fifth_or_so():
-    mine, numbers = body(BODIES["one"]), np.random.default_rng(0)
-    every = np.array([proportions(numbers, mine) for _ in range(2000)])
+    humot_body, numbers = body(BODIES["one"]), np.random.default_rng(0)
+    every = np.array([proportions(numbers, humot_body) for _ in range(2000)])
     own = (every == 1.0).all(axis=1)
     assert 0.46 < own.mean() < 0.54
     assert 0.2 < np.log(every[~own]).std() < 0.3
@@ -173,29 +173,29 @@ def test_half_of_the_bodies_keep_their_own_and_the_others_differ_by_a_fifth_or_s
 @examples(20)
 @given(SEEDS, st.sampled_from(sorted(THREE)))
 def test_a_limb_turns_as_one_piece_about_its_first_joint(seed, name):
-    mine = body(BODIES[name])
+    humot_body = body(BODIES[name])
     motion = dance(name)
-    places, turns = mine.see(motion), mine.turns(motion)
-    found, turned = rotate_limbs(np.random.default_rng(seed), places, turns, mine)
-    lengths = (np.linalg.norm(bones(each, mine), axis=-1) for each in (found, places))
+    places, turns = humot_body.see(motion), humot_body.turns(motion)
+    rotated, turned = rotate_limbs(np.random.default_rng(seed), places, turns, humot_body)
+    lengths = (np.linalg.norm(bones(each, humot_body), axis=-1) for each in (rotated, places))
     np.testing.assert_allclose(*lengths, atol=1e-9)
-    limbs = build(mine).limbs
+    limbs = build(humot_body).limbs
     still = ~np.any([below for _, below, _ in limbs], axis=0)
-    np.testing.assert_array_equal(found[:, still], places[:, still])
+    np.testing.assert_array_equal(rotated[:, still], places[:, still])
     for joint, below, reach in limbs:
-        one, other = ((each[:, below] - each[:, [joint]]).reshape(-1, 3) for each in (places, found))
+        one, other = ((each[:, below] - each[:, [joint]]).reshape(-1, 3) for each in (places, rotated))
         np.testing.assert_allclose(one @ one.T, other @ other.T, atol=1e-9)  # one turn, for all frames
         cosines = (one * other).sum(1) / np.linalg.norm(one, axis=1).clip(1e-9) ** 2
         assert (cosines > np.cos(reach) - 1e-6).all()
         bone, was, now = (
             each[..., below, :]
-            for each in (mine.template - mine.template[list(mine.parents)], turns, turned)
+            for each in (humot_body.template - humot_body.template[list(humot_body.parents)], turns, turned)
         )
         swung = rotation.multiply(now, rotation.conjugate(was)).reshape(-1, 4)
         np.testing.assert_allclose(np.abs(swung @ swung[0]), 1.0, atol=1e-9)
         rigid = rotation.rotate(now, np.broadcast_to(bone, (*now.shape[:-1], 3)))
-        if "up_leg" in (mine.character.roles[mine.joints[joint]] or ""):
-            np.testing.assert_allclose(rigid, bones_to(found, mine)[:, below], atol=1e-9)
+        if "up_leg" in (humot_body.character.roles[humot_body.joints[joint]] or ""):
+            np.testing.assert_allclose(rigid, bones_to(rotated, humot_body)[:, below], atol=1e-9)
 
 
 def test_joints_without_roles_have_the_proportions_of_the_other_side():
@@ -214,15 +214,15 @@ def test_joints_without_roles_have_the_proportions_of_the_other_side():
         np.array([order.index(parents[j]) if parents[j] >= 0 else -1 for j in order]),
         np.array([offsets[j] for j in order]),
     )
-    mine = body(Character.of("split", split))
-    at = [mine.joints.index(split.names.index(f"{name}UpLeg_split")) for name in ("Left", "Right")]
-    assert [mine.character.roles[mine.joints[k]] for k in at] == [None, None]
+    humot_body = body(Character.of("split", split))
+    at = [humot_body.joints.index(split.names.index(f"{name}UpLeg_split")) for name in ("Left", "Right")]
+    assert [humot_body.character.roles[humot_body.joints[k]] for k in at] == [None, None]
     for seed in range(8):
-        factors = proportions(np.random.default_rng(seed), mine)
+        factors = proportions(np.random.default_rng(seed), humot_body)
         assert factors[at[0]] == factors[at[1]]
-    assert len(set(build(mine).pairs[at])) == 1
-    spine = mine.joints.index(split.names.index("Spine1_split"))
-    assert (build(mine).pairs == build(mine).pairs[spine]).sum() == 1
+    assert len(set(build(humot_body).pairs[at])) == 1
+    spine = humot_body.joints.index(split.names.index("Spine1_split"))
+    assert (build(humot_body).pairs == build(humot_body).pairs[spine]).sum() == 1
 
 
 def depth(parents, joint):
@@ -230,15 +230,16 @@ def depth(parents, joint):
 
 
 def test_limbs_are_arms_and_legs():
-    mine = body(BODIES["one"])
-    roles = [mine.character.roles[joint] or "" for joint in mine.joints]
-    found = {
-        roles[joint]: {roles[k] for k in np.flatnonzero(below)} for joint, below, _ in build(mine).limbs
+    humot_body = body(BODIES["one"])
+    roles = [humot_body.character.roles[joint] or "" for joint in humot_body.joints]
+    limbs = {
+        roles[joint]: {roles[k] for k in np.flatnonzero(below)}
+        for joint, below, _ in build(humot_body).limbs
     }
-    assert set(found) == {f"{side}_{part}" for side in ("left", "right") for part in REACH}
-    assert {"left_forearm", "left_hand"} <= found["left_arm"]
-    assert {"right_leg", "right_foot"} <= found["right_up_leg"]
-    assert not any("left" in role for role in found["right_arm"] | found["right_up_leg"])
+    assert set(limbs) == {f"{side}_{part}" for side in ("left", "right") for part in REACH}
+    assert {"left_forearm", "left_hand"} <= limbs["left_arm"]
+    assert {"right_leg", "right_foot"} <= limbs["right_up_leg"]
+    assert not any("left" in role for role in limbs["right_arm"] | limbs["right_up_leg"])
 
 
 # ---------------------------------------------------------------------------------------- in training
@@ -251,21 +252,22 @@ def drawn():
 
 
 def test_what_is_given_and_asked_for_differ_in_proportions_and_not_in_what_is_done(drawn):
-    given, asked = (
+    source, target = (
         {key: each.double().numpy() for key, each in drawn[side].items()} for side in ("source", "target")
     )
     differ = 0
     for row in range(60):
-        count = int(given["joints"][row].sum())
-        parents = given["parents"][row, 1:count].astype(int)
-        np.testing.assert_allclose(given["places"][row, :, 0], asked["places"][row, :, 0], atol=1e-5)
+        count = int(source["joints"][row].sum())
+        parents = source["parents"][row, 1:count].astype(int)
+        np.testing.assert_allclose(source["places"][row, :, 0], target["places"][row, :, 0], atol=1e-5)
         for key in ("places", "template"):
             one, other = (
-                side[key][row, ..., 1:count, :] - side[key][row][..., parents, :] for side in (given, asked)
+                side[key][row, ..., 1:count, :] - side[key][row][..., parents, :]
+                for side in (source, target)
             )
             lengths = np.linalg.norm(one, axis=-1) * np.linalg.norm(other, axis=-1)
             np.testing.assert_allclose((one * other).sum(-1), lengths, atol=1e-5)
-        differ += not np.allclose(given["template"][row], asked["template"][row], atol=1e-3)
+        differ += not np.allclose(source["template"][row], target["template"][row], atol=1e-3)
     assert 35 < differ < 55  # but for a quarter
 
 
@@ -274,20 +276,20 @@ def test_slanted_bodies_do_the_same_on_bones_of_the_same_lengths():
     batch = training_material.batch(
         humot_material.training_module(subsampling=False, lengths=(WINDOW,), **options), 60
     )
-    given, asked = (
+    source, target = (
         {key: each.double().numpy() for key, each in batch[side].items()} for side in ("source", "target")
     )
     differ = 0
     for row in range(60):
-        count = int(given["joints"][row].sum())
-        parents = given["parents"][row, 1:count].astype(int)
-        for side in (given, asked):
+        count = int(source["joints"][row].sum())
+        parents = source["parents"][row, 1:count].astype(int)
+        for side in (source, target):
             lengths = [
                 np.linalg.norm(side[key][row, ..., 1:count, :] - side[key][row][..., parents, :], axis=-1)
                 for key in ("places", "template")
             ]
             np.testing.assert_allclose(*np.broadcast_arrays(*lengths), atol=1e-5)
-        differ += not np.allclose(given["template"][row], asked["template"][row], atol=1e-4)
+        differ += not np.allclose(source["template"][row], target["template"][row], atol=1e-4)
     assert 35 < differ < 55  # but for a quarter
 
 
@@ -295,10 +297,12 @@ def test_every_body_has_the_usual_size(drawn):
     for side in ("source", "target"):
         for row in range(60):
             count = int(drawn[side]["joints"][row].sum())
-            mine = next(body(BODIES[name]) for name in THREE if len(body(BODIES[name]).joints) == count)
-            assert stature(drawn[side]["template"][row, :count].numpy(), mine.heights) == pytest.approx(
-                USUAL, rel=1e-5
+            humot_body = next(
+                body(BODIES[name]) for name in THREE if len(body(BODIES[name]).joints) == count
             )
+            assert stature(
+                drawn[side]["template"][row, :count].numpy(), humot_body.heights
+            ) == pytest.approx(USUAL, rel=1e-5)
 
 
 def test_the_weights_for_rigs_know_slanted_bodies_better():

@@ -116,12 +116,12 @@ def test_palms_that_meet_keep_meeting():
         return motion.positions[:, left] - motion.positions[:, right]
 
     middle = frames // 2
-    expected, copied, kept = (
+    expected, copied, solved = (
         np.linalg.norm(apart(each)[middle])
         for each in (source, run(CopyRotations, source, target), run(InverseKinematics, source, target))
     )
     assert abs(copied - expected) > 0.1
-    assert kept == pytest.approx(expected, abs=2e-3)
+    assert solved == pytest.approx(expected, abs=2e-3)
     loose = run(InverseKinematics, source, target, hands=False)
     np.testing.assert_allclose(np.linalg.norm(apart(loose)[middle]), copied, atol=1e-9)
 
@@ -208,17 +208,17 @@ def test_a_first_frame_in_the_rest_pose_at_the_origin_spoils_nothing():
     np.testing.assert_allclose(after, run(InverseKinematics, source, target).positions, atol=1e-9)
 
 
-@pytest.mark.parametrize(("lift", "taken"), [(0.08, True), (-0.05, True), (0.5, False)])
-def test_feet_stand_on_the_floor_when_asked_to(lift: float, taken: bool):
+@pytest.mark.parametrize(("lift", "applied"), [(0.08, True), (-0.05, True), (0.5, False)])
+def test_feet_stand_on_the_floor_when_asked_to(lift: float, applied: bool):
     """A small constant float is taken out; standing on a table is not."""
     source, target = squat(body()), OTHERS["small"]
     raised = replace(source, root=source.root + np.array([0.0, lift, 0.0]))
-    flat, kept, stands = (
+    flat, lifted, stands = (
         run(InverseKinematics, each, target, floor=floor).positions
         for each, floor in ((source, False), (raised, False), (raised, True))
     )
-    assert np.abs(kept - flat).max() > 0.01
-    np.testing.assert_allclose(stands, flat if taken else kept, atol=1e-9)
+    assert np.abs(lifted - flat).max() > 0.01
+    np.testing.assert_allclose(stands, flat if applied else lifted, atol=1e-9)
 
 
 def test_a_bow_does_not_bury_a_head():

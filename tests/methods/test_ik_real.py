@@ -26,9 +26,11 @@ def load(path: Path, frames: int) -> Motion:
 
 def slide(result: Motion, source: Motion, roles: tuple[str, ...]) -> float:
     """Body heights per second that contact joints glide over the floor while the source's are planted."""
-    theirs, ours = (each.positions[:, each.character.joints(roles)] for each in (source, result))
-    planted = contact.planted(theirs, source.character.height, source.fps)[1:]
-    steps = np.linalg.norm(np.diff(ours[..., [0, 2]], axis=0), axis=-1)
+    source_feet, result_feet = (
+        each.positions[:, each.character.joints(roles)] for each in (source, result)
+    )
+    planted = contact.planted(source_feet, source.character.height, source.fps)[1:]
+    steps = np.linalg.norm(np.diff(result_feet[..., [0, 2]], axis=0), axis=-1)
     return float((steps * planted).sum() / planted.sum() * source.fps / result.character.height)
 
 

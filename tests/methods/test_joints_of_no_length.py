@@ -64,42 +64,42 @@ def test_toes_of_no_length_change_nothing(name):
     rotations = np.zeros((motion.frames, len(twin.skeleton), 4))
     rotations[..., 0] = 1.0
     rotations[:, kept] = motion.rotations
-    theirs = twin.motion(rotations, motion.root, motion.fps)
+    twin_motion = twin.motion(rotations, motion.root, motion.fps)
     np.testing.assert_allclose(
-        answer(name, theirs, FULL).positions, answer(name, motion, FULL).positions, atol=1e-6
+        answer(name, twin_motion, FULL).positions, answer(name, motion, FULL).positions, atol=1e-6
     )
-    mine, other = (answer(name, dance(FULL), target).positions for target in (TOELESS, twin))
-    np.testing.assert_allclose(other[:, kept], mine, atol=1e-6)
+    toeless, other = (answer(name, dance(FULL), target).positions for target in (TOELESS, twin))
+    np.testing.assert_allclose(other[:, kept], toeless, atol=1e-6)
 
 
 def test_nkn_sees_of_its_own_answer_where_the_body_is():
     """What the decoder is fed with are the places of the body's joints, in centimetres."""
-    found = Body22(SHORT)
+    body22 = Body22(SHORT)
     raw = torch.randn(1, 4 * len(BODY22) + 4, generator=torch.Generator().manual_seed(0))
-    offsets = torch.tensor(100.0 * found.offsets[None], dtype=torch.float32)
+    offsets = torch.tensor(100.0 * body22.offsets[None], dtype=torch.float32)
     bodies = Bodies(
-        Tree.of(found.skeleton), offsets, Scale(len(BODY22)), torch.from_numpy(found.lacks[None])
+        Tree.of(body22.skeleton), offsets, Scale(len(BODY22)), torch.from_numpy(body22.lacks[None])
     )
     pose, _ = bodies.express(raw, torch.zeros(1, 1), True)
-    turned = found.motion(quaternions(raw[:, :-4]).double().numpy(), np.zeros((1, 3)), 30.0)
-    places = 100.0 * (turned.positions[0] - turned.positions[0, found.joints[0]])[list(found.joints)]
+    turned = body22.motion(quaternions(raw[:, :-4]).double().numpy(), np.zeros((1, 3)), 30.0)
+    places = 100.0 * (turned.positions[0] - turned.positions[0, body22.joints[0]])[list(body22.joints)]
     np.testing.assert_allclose(bodies.scale.plain(pose)[0, :-4].view(-1, 3)[1:], places[1:], atol=1e-3)
 
 
 @pytest.mark.parametrize("name", METHODS)
 def test_both_train_on_bodies_that_lack_joints(name):
-    made = Nkn(hidden=16, facing=3.0) if name == "nkn" else smrm_material.SMRM(hidden=16)
+    method = Nkn(hidden=16, facing=3.0) if name == "nkn" else smrm_material.SMRM(hidden=16)
     cast = {"full": FULL, "short": SHORT}
     clips = {
-        who: [ClipArrays(who, "dance", {k: np.float32(a) for k, a in made.prepare(dance(each)).items()})]
+        who: [ClipArrays(who, "dance", {k: np.float32(a) for k, a in method.prepare(dance(each)).items()})]
         for who, each in cast.items()
     }
-    module = made.training_module(
+    module = method.training_module(
         TrainingData(cast, clips), TrainingConfig(steps=1, batch=4, window=12, rate=1e-3)
     )
-    given: dict[str, Any] = {}
+    memory: dict[str, Any] = {}
     for phase in module.phases:
-        terms = module.losses(phase.name, training_material.batch(module), given)
+        terms = module.losses(phase.name, training_material.batch(module), memory)
         assert all(bool(torch.isfinite(term)) for term in terms.values())
 
 

@@ -151,15 +151,15 @@ def test_gradients_reach_every_parameter(learned: Learned) -> None:
 
 @of_plain
 def test_training_repeats_itself_and_depends_on_its_seed(learned: Learned) -> None:
-    found = []
+    exports = []
     for first in (0, 0, 5):
         module = learned.module()
         phases = phases_of(module)
         for number in range(2):
             step(module, phases, first + number)
-        found.append(module.export())
-    assert equal(found[0], found[1])
-    assert not equal(found[0], found[2])
+        exports.append(module.export())
+    assert equal(exports[0], exports[1])
+    assert not equal(exports[0], exports[2])
 
 
 @of_plain
@@ -270,12 +270,12 @@ def test_any_length_and_rate(learned: Learned) -> None:
         source = learned.source(replace(dance(learned.body(name), frames), fps=fps))
         target = learned.body(other)
         assert method.supports(source.character, target) is None
-        found = answer(method, source, target)
-        assert (found.frames, found.fps) == (frames, fps)
-        assert found.character is target
-        assert np.isfinite(places(found)).all()
-        if hasattr(found, "rotations"):
-            np.testing.assert_allclose(np.linalg.norm(found.rotations, axis=-1), 1.0, atol=1e-6)
+        result = answer(method, source, target)
+        assert (result.frames, result.fps) == (frames, fps)
+        assert result.character is target
+        assert np.isfinite(places(result)).all()
+        if hasattr(result, "rotations"):
+            np.testing.assert_allclose(np.linalg.norm(result.rotations, axis=-1), 1.0, atol=1e-6)
 
 
 @pytest.mark.parametrize(("name", "constant"), PIECES.items())
@@ -283,9 +283,9 @@ def test_long_clips_go_through_in_pieces(name: str, constant: str, monkeypatch: 
     learned = LEARNED[name]
     method, target = learned.method(), learned.body(learned.names[0][2])
     source = learned.source(dance(learned.body(learned.names[0][0]), 300))
-    whole = places(answer(method, source, target))
+    at_once = places(answer(method, source, target))
     monkeypatch.setattr(f"retarget_bench.{constant}", 64)
-    assert np.abs(places(answer(method, source, target)) - whole).max() < 1e-5 * target.height
+    assert np.abs(places(answer(method, source, target)) - at_once).max() < 1e-5 * target.height
 
 
 @pytest.mark.parametrize("name", BATCHES)
@@ -322,11 +322,11 @@ def test_joint_positions_are_answered_like_their_motion_or_refused(name: str) ->
     method = learned.method()
     source = dance(learned.body(learned.names[0][0]), 3)
     target = learned.body(learned.names[0][2])
-    known = source.character.positions(source.positions, source.fps)
+    positions = source.character.positions(source.positions, source.fps)
     assert ("positions" in method.card.accepts) == (name in POSITIONS)
     if name in POSITIONS:
-        one, other = (places(answer(method, each, target)) for each in (source, known))
+        one, other = (places(answer(method, each, target)) for each in (source, positions))
         assert np.abs(one - other).max() < 1e-5 * target.height
     else:
         with pytest.raises(NotSupported, match=r"rotations|positions|points"):
-            answer(method, known, target)
+            answer(method, positions, target)

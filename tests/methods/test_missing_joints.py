@@ -51,58 +51,58 @@ def answer(method, source, target, training) -> np.ndarray:
 @pytest.mark.parametrize("make", METHODS)
 def test_a_statue_is_made_up_exactly_wherever_it_goes(make):
     moving = Rigid(ANN, (7,))[0]
-    found = answer(make(), part(moving, GIVEN), ANN, cast(Rigid, (ANN,), (7,)))
-    assert np.abs(found - moving.positions).max() < 1e-5
+    completed = answer(make(), part(moving, GIVEN), ANN, cast(Rigid, (ANN,), (7,)))
+    assert np.abs(completed - moving.positions).max() < 1e-5
 
 
 @pytest.mark.parametrize("make", METHODS)
 def test_given_joints_stay_and_all_of_them_need_no_training(make):
     source = swing(BOB, 0)
-    found = answer(make(), part(source, GIVEN), BOB, cast())
-    assert np.array_equal(found[:, GIVEN], source.positions[:, GIVEN])
-    whole = Positions(BOB, source.positions, 30.0)
-    assert np.array_equal(answer(make(), whole, BOB, None), source.positions)
+    completed = answer(make(), part(source, GIVEN), BOB, cast())
+    assert np.array_equal(completed[:, GIVEN], source.positions[:, GIVEN])
+    complete = Positions(BOB, source.positions, 30.0)
+    assert np.array_equal(answer(make(), complete, BOB, None), source.positions)
 
 
 @pytest.mark.parametrize("make", METHODS)
 def test_an_answer_moves_and_turns_with_its_source(make):
     source, training = part(swing(ANN, 0), GIVEN), cast()
-    found = answer(make(), source, ANN, training)
+    completed = answer(make(), source, ANN, training)
     turn = rotation.about(np.array([0.0, 1.0, 0.0]), 2.0)
     moved = rotation.rotate(turn, source.positions) + np.array([3.0, 1.0, -2.0])
     again = answer(make(), Positions(source.character, moved, 30.0), ANN, training)
-    assert np.allclose(again, rotation.rotate(turn, found) + np.array([3.0, 1.0, -2.0]), atol=1e-6)
+    assert np.allclose(again, rotation.rotate(turn, completed) + np.array([3.0, 1.0, -2.0]), atol=1e-6)
 
 
 @pytest.mark.parametrize("make", METHODS)
 def test_it_beats_the_mean_pose(make):
     source, training = swing(ANN, 0), cast()
-    found = answer(make(), part(source, GIVEN), ANN, training)
+    completed = answer(make(), part(source, GIVEN), ANN, training)
     examples = completion.examples(poses(training, ANN, 4000), GIVEN)
     _, origin, turn = completion.aligned(source.positions[:, GIVEN], examples.typical)
     mean = facing.placed(
         np.broadcast_to(examples.outputs.mean(axis=0), (40, *examples.outputs.shape[1:])), turn
     )
     off = np.linalg.norm(mean + origin - source.positions[:, examples.missing], axis=-1).mean()
-    ours = np.linalg.norm(found - source.positions, axis=-1)[:, examples.missing].mean()
-    assert ours < 0.7 * off
+    error = np.linalg.norm(completed - source.positions, axis=-1)[:, examples.missing].mean()
+    assert error < 0.7 * off
 
 
 def test_regression_is_exact_on_linear_data_and_agrees_with_least_squares():
     rng = np.random.default_rng(5)
-    seen = rng.normal(size=(200, 4, 3))
+    inputs = rng.normal(size=(200, 4, 3))
     mixing, shift = rng.normal(size=(12, 6)), rng.normal(size=6)
-    linear = (seen.reshape(200, 12) @ mixing + shift).reshape(200, 2, 3)
+    linear = (inputs.reshape(200, 12) @ mixing + shift).reshape(200, 2, 3)
     fresh = rng.normal(size=(9, 4, 3))
 
-    def fitted(wanted):
-        examples = completion.Examples(np.arange(4, 6), seen.mean(axis=0), seen, wanted)
+    def fitted(targets):
+        examples = completion.Examples(np.arange(4, 6), inputs.mean(axis=0), inputs, targets)
         return regression(examples, 1e-12)(fresh)
 
     expected = (fresh.reshape(9, 12) @ mixing + shift).reshape(9, 2, 3)
     assert np.allclose(fitted(linear), expected, atol=1e-8)
     noisy = linear + rng.normal(size=linear.shape)
-    columns = np.c_[seen.reshape(200, 12), np.ones(200)]
+    columns = np.c_[inputs.reshape(200, 12), np.ones(200)]
     weights = np.linalg.lstsq(columns, noisy.reshape(200, 6), rcond=None)[0]
     expected = (np.c_[fresh.reshape(9, 12), np.ones(9)] @ weights).reshape(9, 2, 3)
     assert np.allclose(fitted(noisy), expected, atol=1e-8)
@@ -110,25 +110,27 @@ def test_regression_is_exact_on_linear_data_and_agrees_with_least_squares():
 
 def test_a_large_penalty_gives_the_mean_pose():
     rng = np.random.default_rng(6)
-    seen, expected = rng.normal(size=(50, 3, 3)), rng.normal(size=(50, 2, 3))
-    known = completion.Examples(np.arange(3, 5), seen.mean(axis=0), seen, expected)
-    assert np.allclose(regression(known, 1e6)(seen), expected.mean(axis=0), atol=1e-4)
+    inputs, expected = rng.normal(size=(50, 3, 3)), rng.normal(size=(50, 2, 3))
+    examples = completion.Examples(np.arange(3, 5), inputs.mean(axis=0), inputs, expected)
+    assert np.allclose(regression(examples, 1e6)(inputs), expected.mean(axis=0), atol=1e-4)
 
 
 def test_one_neighbour_finds_a_pose_that_was_trained_on():
     trained = swing(ANN, 7)
-    found = answer(NearestPose(neighbours=1), part(trained, GIVEN), ANN, cast(bodies=(ANN,), numbers=(7,)))
-    assert np.abs(found - trained.positions).max() < 1e-6
+    completed = answer(
+        NearestPose(neighbours=1), part(trained, GIVEN), ANN, cast(bodies=(ANN,), numbers=(7,))
+    )
+    assert np.abs(completed - trained.positions).max() < 1e-6
 
 
 def test_poses_are_the_targets_own_whoever_performed_them():
-    found = poses(cast(bodies=(ANN,)), BOB, 30)
-    lengths = np.linalg.norm(found[:, 1:] - found[:, BOB.skeleton.parents[1:]], axis=-1)
+    drawn = poses(cast(bodies=(ANN,)), BOB, 30)
+    lengths = np.linalg.norm(drawn[:, 1:] - drawn[:, BOB.skeleton.parents[1:]], axis=-1)
     assert np.allclose(lengths, BOB.skeleton.bone_lengths[1:], atol=1e-9)
-    assert np.allclose(found[:, 0], 0)
-    assert len(found) == 30
-    across = found[:, BOB.joint_of["left_up_leg"]] - found[:, BOB.joint_of["right_up_leg"]]
-    across += found[:, BOB.joint_of["left_arm"]] - found[:, BOB.joint_of["right_arm"]]
+    assert np.allclose(drawn[:, 0], 0)
+    assert len(drawn) == 30
+    across = drawn[:, BOB.joint_of["left_up_leg"]] - drawn[:, BOB.joint_of["right_up_leg"]]
+    across += drawn[:, BOB.joint_of["left_arm"]] - drawn[:, BOB.joint_of["right_arm"]]
     assert np.allclose(across[:, 2], 0, atol=1e-9)
     assert (across[:, 0] > 0).all()
 

@@ -20,10 +20,10 @@ SMALL = {"hidden": 16, "facing": 3.0, "drift": 0.0, "lengths": "world"}
 @pytest.fixture(scope="module")
 def method():
     """One with weights that make it move."""
-    made = training_module(plugin(**SMALL))
-    for each in made.modules["generator"].parameters():
+    module = training_module(plugin(**SMALL))
+    for each in module.modules["generator"].parameters():
         each.data += 0.1 * torch.randn_like(each)
-    return made.method()
+    return module.method()
 
 
 # ------------------------------------------------------------------------------------------- learning
@@ -35,24 +35,24 @@ def test_terms_of_the_ablations():
         ("cycle", cycle, 1),
         ("adversarial", cycle | {"adversarial"}, 2),
     ):
-        made = training_module(plugin(losses=losses, **SMALL))
-        now = batch(made)
-        assert set(made.losses("generator", now, {})) == expected
-        assert len(made.phases) == phases
+        module = training_module(plugin(losses=losses, **SMALL))
+        now = batch(module)
+        assert set(module.losses("generator", now, {})) == expected
+        assert len(module.phases) == phases
         assert ("real" in now["groups"][0]) == (phases == 2)
         assert bool(now["groups"][0]["same"].all()) == (losses == "autoencoder")
     assert "drift" in training_module(plugin(**{**SMALL, "drift": 0.1})).losses("generator", now, {})
 
 
 def test_only_rows_of_the_same_body_are_compared_with_their_source():
-    made = training_module(plugin(same=0.0, **SMALL))
-    terms = made.losses("generator", batch(made), {})
+    other_bodies = training_module(plugin(same=0.0, **SMALL))
+    terms = other_bodies.losses("generator", batch(other_bodies), {})
     assert terms["same_places"].item() == terms["same_moves"].item() == 0.0
-    whole = training_module(plugin(same=1.0, **SMALL))
-    given: dict = {}
-    assert whole.losses("generator", batch(whole), given)["same_places"].item() > 0.0
-    assert not given["fakes"]
-    assert whole.losses("discriminator", batch(whole), given) == {}
+    same_bodies = training_module(plugin(same=1.0, **SMALL))
+    memory: dict = {}
+    assert same_bodies.losses("generator", batch(same_bodies), memory)["same_places"].item() > 0.0
+    assert not memory["fakes"]
+    assert same_bodies.losses("discriminator", batch(same_bodies), memory) == {}
 
 
 def test_presets_are_the_papers_and_smaller_ones():
@@ -81,12 +81,12 @@ def test_chunks_of_any_length_are_the_whole(method, path):
 
 
 def test_a_stream_keeps_no_more_of_a_long_clip_than_of_a_frame(method):
-    sight, kept = method.see(dance(CAST["one"], 60)), []
+    sight, sizes = method.see(dance(CAST["one"], 60)), []
     for frames in (1, 60):
         stream = method.stream(Cases([CAST["one"]], [CAST["long"]]))
         stream.advance(*(each[:frames, None] for each in (sight.poses, sight.turn, sight.hips)))
-        kept.append(sum(each.untyped_storage().nbytes() for each in stream.held()))
-    assert kept[0] == kept[1] == 4 * (4 * SMALL["hidden"] + 70 + 1)
+        sizes.append(sum(each.untyped_storage().nbytes() for each in stream.held()))
+    assert sizes[0] == sizes[1] == 4 * (4 * SMALL["hidden"] + 70 + 1)
 
 
 def test_the_answer_begins_at_the_scaled_place_and_depends_on_the_source(method):
@@ -136,5 +136,5 @@ def test_shipped_weights_of_other_parameters_are_refused():
 def test_a_learned_method_of_bodies_of_any_structure():
     """Structures do not matter to nkn, the 22 joints do."""
     mixed = {"one": CAST["one"], "other": structured(body(spines=4), "other", "more spine")}
-    made = training_module(plugin(**SMALL), cast=mixed)
-    assert list(made.modules["generator"]) == ["body22"]
+    module = training_module(plugin(**SMALL), cast=mixed)
+    assert list(module.modules["generator"]) == ["body22"]

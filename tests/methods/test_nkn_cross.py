@@ -22,23 +22,23 @@ SMALL = {"hidden": 12, "facing": 3.0}
 
 
 @pytest.fixture(scope="module")
-def made():
+def module():
     return training_module(plugin(**SMALL), cast=CAST)
 
 
-def test_every_structure_has_networks_of_its_own_size(made):
-    generators = made.modules["generator"]
+def test_every_structure_has_networks_of_its_own_size(module):
+    generators = module.modules["generator"]
     assert list(generators) == ["five_spine", "three"]
     for name, joints in (("five_spine", 24), ("three", 22)):
         assert len(generators[name].encoder.lower.kernel) == 3 * joints + 4
         assert generators[name].decoder.out.shape == (12, 4 * joints + 4)
-        assert made.modules["discriminator"][name].layers[0].in_channels == 3 * joints + 4
+        assert module.modules["discriminator"][name].layers[0].in_channels == 3 * joints + 4
 
 
-def test_groups_mix_all_pairs_of_structures_and_keep_the_share_of_own_bodies(made):
+def test_groups_mix_all_pairs_of_structures_and_keep_the_share_of_own_bodies(module):
     pairs, own, rows = set(), 0, 0
     for step in range(60):
-        groups = batch(made, rows=5, seed=step)["groups"]
+        groups = batch(module, rows=5, seed=step)["groups"]
         assert [len(group["same"]) for group in groups] == [3, 2]
         for group in groups:
             pairs.add(tuple(group["structures"]))
@@ -51,33 +51,33 @@ def test_groups_mix_all_pairs_of_structures_and_keep_the_share_of_own_bodies(mad
 
 @pytest.mark.parametrize("same", [0.7, 1.0])
 def test_more_own_bodies_than_own_structures_would_be(same):
-    made = training_module(plugin(**SMALL, same=same), cast=CAST)
-    groups = [group["same"] for step in range(150) for group in batch(made, rows=5, seed=step)["groups"]]
+    module = training_module(plugin(**SMALL, same=same), cast=CAST)
+    groups = [group["same"] for step in range(150) for group in batch(module, rows=5, seed=step)["groups"]]
     # a group is of one kind here: 2.2 standard errors of 300 of them
     assert np.concatenate(groups).mean() == pytest.approx(same, abs=0.06 if same < 1 else 0)
 
 
-def test_rows_of_two_structures_are_not_compared(made):
+def test_rows_of_two_structures_are_not_compared(module):
     crossing = next(
         group
         for step in range(20)
-        for group in batch(made, seed=step)["groups"]
+        for group in batch(module, seed=step)["groups"]
         if group["structures"][0] != group["structures"][1]
     )
-    terms = made.losses("generator", {"groups": [crossing]}, {})
+    terms = module.losses("generator", {"groups": [crossing]}, {})
     assert terms["same_places"].item() == terms["same_moves"].item() == 0.0
     assert terms["cycle_places"].item() > 0.0
     assert terms["adversarial"].item() > 0.0
 
 
-def test_terms_have_the_same_names_whatever_was_drawn(made):
+def test_terms_have_the_same_names_whatever_was_drawn(module):
     """Several processes put them together."""
-    names = {tuple(sorted(made.losses("generator", batch(made, seed=step), {}))) for step in range(8)}
+    names = {tuple(sorted(module.losses("generator", batch(module, seed=step), {}))) for step in range(8)}
     assert len(names) == 1
 
 
-def test_it_retargets_between_structures_and_to_bodies_it_never_saw(made):
-    method = made.method()
+def test_it_retargets_between_structures_and_to_bodies_it_never_saw(module):
+    method = module.method()
     stranger = structured(body(spines=5, shin=0.6), "stranger", "five.spine")
     for source, target in (("one", CAST["bendy"]), ("small", CAST["long"]), ("one", stranger)):
         motion = dance(CAST[source], 30)
@@ -86,8 +86,8 @@ def test_it_retargets_between_structures_and_to_bodies_it_never_saw(made):
         assert (answer.character, answer.frames) == (target, 30)
 
 
-def test_other_structures_and_other_joints_are_refused_with_a_reason(made):
-    method = made.method()
+def test_other_structures_and_other_joints_are_refused_with_a_reason(module):
+    method = module.method()
     four = structured(body(spines=4), "four", "four")
     assert "these weights know five_spine, three" in method.supports(CAST["one"], four)
     fake = structured(body(spines=4), "fake", "three")
@@ -104,15 +104,15 @@ def test_one_structure_with_two_sets_of_joints_cannot_be_trained():
         )
 
 
-def test_weights_of_other_structures_are_not_taken_over(made):
+def test_weights_of_other_structures_are_not_taken_over(module):
     with pytest.raises(BenchError, match="other structures"):
-        made.load(training_module(plugin(**SMALL), cast={k: CAST[k] for k in ("one", "long")}).export())
+        module.load(training_module(plugin(**SMALL), cast={k: CAST[k] for k in ("one", "long")}).export())
 
 
 def test_structures_say_who_is_trained_on():
-    named = plugin(structures="three+four")
-    assert not named.unfit(CAST["one"])
-    assert "five.spine" in named.unfit(CAST["bendy"])
+    method = plugin(structures="three+four")
+    assert not method.unfit(CAST["one"])
+    assert "five.spine" in method.unfit(CAST["bendy"])
     assert not plugin(structures="all").unfit(CAST["bendy"])
 
 
@@ -123,28 +123,28 @@ def test_the_hips_come_first_and_joints_above_them_are_left_out():
         np.array([-1, 0, *(full.parents[1:] + 1)]),
         np.concatenate([np.zeros((1, 3)), full.offsets]),
     )
-    seen = plugin().body(Character.of("above", above))
-    assert seen.joints == tuple(range(1, len(full) + 1))
+    nkn_body = plugin().body(Character.of("above", above))
+    assert nkn_body.joints == tuple(range(1, len(full) + 1))
 
 
 def test_with_one_structure_it_is_nkn():
     """The same 22 joints, in another order."""
-    ours = training_module(plugin(hidden=512), cast={k: CAST[k] for k in ("one", "long")})
-    theirs = training_module(Nkn(), cast={k: CAST[k] for k in ("one", "long")})
+    own = training_module(plugin(hidden=512), cast={k: CAST[k] for k in ("one", "long")})
+    plain = training_module(Nkn(), cast={k: CAST[k] for k in ("one", "long")})
     sizes = [
-        sum(each.numel() for each in made.modules["generator"].parameters()) for made in (ours, theirs)
+        sum(each.numel() for each in module.modules["generator"].parameters()) for module in (own, plain)
     ]
     assert sizes == [5_870_172, 5_870_172]
 
 
 @pytest.mark.parametrize("name", ["one", "bendy"])
-def test_ends_are_seen_in_lengths_of_their_chains(made, name):
+def test_ends_are_seen_in_lengths_of_their_chains(module, name):
     """As far from the hips as in the motion, over the bones in between at rest."""
     character, other = CAST[name], CAST["bendy" if name == "one" else "one"]
     motion = dance(character)
     poses = torch.from_numpy(plugin(**SMALL).see(motion).poses)[:, None]
-    joints, lengths = made.ends.shares([name], [other.name])[0]
-    seen = made.ends.scaled(poses, [(torch.from_numpy(joints), torch.from_numpy(lengths))], 0)
+    joints, lengths = module.ends.shares([name], [other.name])[0]
+    scaled = module.ends.scaled(poses, [(torch.from_numpy(joints), torch.from_numpy(lengths))], 0)
     body = plugin(**SMALL).body(character)
     for number, joint in enumerate(body.joints[index] for index in joints):
         chain, at = 0.0, joint
@@ -154,23 +154,23 @@ def test_ends_are_seen_in_lengths_of_their_chains(made, name):
                 character.skeleton.parents[at],
             )
         away = np.linalg.norm(motion.positions[:, joint] - motion.positions[:, body.joints[0]], axis=-1)
-        assert torch.linalg.norm(seen[:, 0, number], dim=-1).numpy() == pytest.approx(
+        assert torch.linalg.norm(scaled[:, 0, number], dim=-1).numpy() == pytest.approx(
             away / chain, rel=1e-4
         )
     assert len(joints) == 9
 
 
-def test_ends_count_between_structures_alone(made):
-    terms = {own: _ends_term(made, own) for own in (True, False)}
+def test_ends_count_between_structures_alone(module):
+    terms = {own: _ends_term(module, own) for own in (True, False)}
     assert terms[True] == (0.0, 0.0)
     assert min(terms[False]) > 0.0
     assert training_module(plugin(**SMALL, ends=0.0), cast=CAST).ends is None
 
 
-def _ends_term(made, own: bool) -> tuple[float, float]:
+def _ends_term(module, own: bool) -> tuple[float, float]:
     for seed in range(50):
-        drawn = made.draw(np.random.default_rng(seed), 2)
+        drawn = module.draw(np.random.default_rng(seed), 2)
         if all((group["structures"][0] == group["structures"][1]) == own for group in drawn["groups"]):
-            losses = made.losses("generator", to_device(drawn, torch.device("cpu")), {})
+            losses = module.losses("generator", to_device(drawn, torch.device("cpu")), {})
             return float(losses["ends"]), float(losses["ends_moves"])
     raise LookupError("no such batch was drawn")

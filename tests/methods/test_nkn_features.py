@@ -42,12 +42,12 @@ def at_thirty(motion: Motion, frames: int) -> Motion:
 
 def back(motion: Motion, sight: Sight, unit: float = 0.01) -> Motion:
     """The motion from its movements and its own local rotations."""
-    seen = NKN.body(motion.character)
-    turns, _ = seen.see(at_thirty(motion, len(sight.poses)))
+    nkn_body = NKN.body(motion.character)
+    turns, _ = nkn_body.see(at_thirty(motion, len(sight.poses)))
     path = Path(np.array([unit]))
     turn, hips = path.follow(sight.poses[:, None, -4:], sight.turn[:, None], sight.hips[:, None])
     turns[:, 0] = rotation.multiply(rotation.conjugate(facing.rotation(sight.turn)), turns[:, 0])
-    return answer(seen, turns, turn[:, 0], hips[:, 0], motion.frames, motion.fps)
+    return answer(nkn_body, turns, turn[:, 0], hips[:, 0], motion.frames, motion.fps)
 
 
 @pytest.mark.parametrize("lengths", ["world", "body"])
@@ -61,8 +61,8 @@ def test_movements_and_rotations_give_the_motion_back(name, lengths):
 
 def test_places_are_those_of_the_joints_seen_from_where_the_body_faces():
     motion = dance(CAST["one"])
-    sight, seen = NKN.see(motion), NKN.body(CAST["one"])
-    places = motion.positions[:, list(seen.joints)]
+    sight, nkn_body = NKN.see(motion), NKN.body(CAST["one"])
+    places = motion.positions[:, list(nkn_body.joints)]
     yaw = np.angle(sight.turn)
     for frame in (0, 7, 39):
         local = Rotation.from_euler("Y", -yaw[frame]).apply(places[frame] - places[frame, 0]) * 100.0
@@ -133,19 +133,19 @@ def source_path(frames: int, rows: int = 2) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("kind", ["integrated", "relative"])
 def test_a_path_goes_on_where_its_last_chunk_ended(kind, yaw):
     moves, (turn, hips) = np.random.default_rng(1).normal(size=(11, 2, 4)), source_path(11)
-    whole, path = (Path(np.array([0.01, 0.02]), kind, yaw) for _ in range(2))
-    known = whole.follow(moves, turn, hips)
+    complete, path = (Path(np.array([0.01, 0.02]), kind, yaw) for _ in range(2))
+    at_once = complete.follow(moves, turn, hips)
     parts = [
         path.follow(moves[part], turn[part], hips[part])
         for part in (slice(0, 1), slice(1, 7), slice(7, 11))
     ]
     for k in (0, 1):
-        found = np.concatenate([part[k] for part in parts])
+        joined = np.concatenate([part[k] for part in parts])
         if kind == "relative":
-            np.testing.assert_array_equal(found, known[k])
+            np.testing.assert_array_equal(joined, at_once[k])
         else:
-            np.testing.assert_allclose(found, known[k], atol=1e-12)
-    np.testing.assert_allclose(known[1][0], hips[0], atol=1e-12)  # the first frame moves nothing
+            np.testing.assert_allclose(joined, at_once[k], atol=1e-12)
+    np.testing.assert_allclose(at_once[1][0], hips[0], atol=1e-12)  # the first frame moves nothing
 
 
 @pytest.mark.parametrize("kind", ["integrated", "relative"])
@@ -192,8 +192,8 @@ def test_cleaned_movements_have_the_sources_sign_and_do_not_rise_alone():
 
 def test_positions_are_seen_like_the_motion_they_are_of():
     motion = dance(CAST["long"])
-    known = motion.character.positions(motion.positions, motion.fps)
-    np.testing.assert_array_equal(NKN.see(known).poses, NKN.see(motion).poses)
+    positions = motion.character.positions(motion.positions, motion.fps)
+    np.testing.assert_array_equal(NKN.see(positions).poses, NKN.see(motion).poses)
 
 
 def test_a_single_frame_stands_still():

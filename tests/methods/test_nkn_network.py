@@ -51,13 +51,13 @@ def test_torchs_cell_is_torchs_gru():
     layer = Layer(5, 7, "torch").double()
     peer = twin(layer)
     inputs, start = torch.randn(6, 3, 5).double(), torch.randn(3, 7).double()
-    ours, theirs = inputs.clone().requires_grad_(), inputs.clone().requires_grad_()
-    states, expected = layer(ours, start), peer(theirs, start[None])[0]
+    own_inputs, reference_inputs = inputs.clone().requires_grad_(), inputs.clone().requires_grad_()
+    states, expected = layer(own_inputs, start), peer(reference_inputs, start[None])[0]
     torch.testing.assert_close(states, expected)
     weight = torch.randn_like(states)
     (states * weight).sum().backward()
     (expected * weight).sum().backward()
-    torch.testing.assert_close(ours.grad, theirs.grad)
+    torch.testing.assert_close(own_inputs.grad, reference_inputs.grad)
     torch.testing.assert_close(layer.kernel.grad, peer.weight_ih_l0.grad.T)
     torch.testing.assert_close(layer.weights.grad, peer.weight_hh_l0.grad.T)
     torch.testing.assert_close(layer.bias.grad, peer.bias_ih_l0.grad)
@@ -69,16 +69,19 @@ def plain_cell(layer: Layer, inputs: Tensor, state: Tensor, kind: Kind) -> Tenso
     size = layer.hidden
     r, z, n = (slice(k * size, (k + 1) * size) for k in range(3))
     own = [layer.weights[:, gate] for gate in (r, z, n)]
-    given = [inputs @ layer.kernel[:, gate] + layer.bias[gate] for gate in (r, z, n)]
+    from_inputs = [inputs @ layer.kernel[:, gate] + layer.bias[gate] for gate in (r, z, n)]
     if kind == "tf":
-        reset, keep = torch.sigmoid(given[0] + state @ own[0]), torch.sigmoid(given[1] + state @ own[1])
-        fresh = torch.tanh(given[2] + (reset * state) @ own[2])
+        reset, keep = (
+            torch.sigmoid(from_inputs[0] + state @ own[0]),
+            torch.sigmoid(from_inputs[1] + state @ own[1]),
+        )
+        fresh = torch.tanh(from_inputs[2] + (reset * state) @ own[2])
     else:
         held = [
             state @ weights + layer.state_bias[gate] for weights, gate in zip(own, (r, z, n), strict=True)
         ]
-        reset, keep = torch.sigmoid(given[0] + held[0]), torch.sigmoid(given[1] + held[1])
-        fresh = torch.tanh(given[2] + reset * held[2])
+        reset, keep = torch.sigmoid(from_inputs[0] + held[0]), torch.sigmoid(from_inputs[1] + held[1])
+        fresh = torch.tanh(from_inputs[2] + reset * held[2])
     return keep * state + (1.0 - keep) * fresh
 
 
@@ -94,9 +97,9 @@ def test_tensorflows_cell_follows_its_equations():
     states = layer(inputs, start)
     torch.testing.assert_close(states, torch.stack(expected))
     weight = torch.randn_like(states)
-    ours = torch.autograd.grad((states * weight).sum(), list(layer.parameters()))
-    theirs = torch.autograd.grad((torch.stack(expected) * weight).sum(), list(layer.parameters()))
-    torch.testing.assert_close(ours, theirs)
+    own = torch.autograd.grad((states * weight).sum(), list(layer.parameters()))
+    reference = torch.autograd.grad((torch.stack(expected) * weight).sum(), list(layer.parameters()))
+    torch.testing.assert_close(own, reference)
 
 
 # --------------------------------------------------------------------------------------------- decoder
@@ -133,11 +136,11 @@ def test_the_decoder_is_a_plain_loop_and_so_is_its_gradient(kind):
     decoder, who = Decoder(22, 9, kind).double().eval(), bodies(3)
     decoder.out.data.normal_(0.0, 0.3)
     codes = torch.randn(5, 3, 9).double().requires_grad_()
-    found, (weight, other) = [], (torch.randn(5, 3, 70).double(), torch.randn(5, 3, 92).double())
+    results, (weight, other) = [], (torch.randn(5, 3, 70).double(), torch.randn(5, 3, 92).double())
     for poses, raw in (decoder(codes, who)[:2], plain_decoder(decoder, codes, who, kind)):
         loss = (poses * weight).sum() + (raw * other).sum()
-        found.append((poses, raw, *torch.autograd.grad(loss, [codes, *decoder.parameters()])))
-    torch.testing.assert_close(found[0], found[1])
+        results.append((poses, raw, *torch.autograd.grad(loss, [codes, *decoder.parameters()])))
+    torch.testing.assert_close(results[0], results[1])
 
 
 def test_without_gradients_the_decoder_answers_the_same():
@@ -145,9 +148,9 @@ def test_without_gradients_the_decoder_answers_the_same():
     decoder, who, codes = Decoder(22, 9, "tf").double().eval(), bodies(3), torch.randn(5, 3, 9).double()
     recorded = decoder(codes, who)[0].detach()
     with torch.no_grad():
-        found = decoder(codes, who)[0]
+        poses = decoder(codes, who)[0]
     # Not to the last bit: kinematics normalises rotations once more where gradients are recorded.
-    torch.testing.assert_close(found, recorded, rtol=0, atol=1e-12)
+    torch.testing.assert_close(poses, recorded, rtol=0, atol=1e-12)
 
 
 def test_dropout_reaches_every_input_and_only_while_training():
@@ -229,10 +232,10 @@ def test_smoothness_and_differences_and_drift_by_hand():
     real = time_first_mask(torch.tensor([3]), 3)
     assert terms.smooth(poses, real).item() == 2.0**2 + 3.0**2
     assert terms.smooth(poses, time_first_mask(torch.tensor([2]), 3)).item() == 2.0**2
-    seen = terms.differences(poses)
-    assert seen.shape == (1, 2, 7)
-    assert seen[0, :, 0].tolist() == [0.5, 1.5]
-    assert seen[0, :, 4].tolist() == [3.0, 6.0]
+    differences = terms.differences(poses)
+    assert differences.shape == (1, 2, 7)
+    assert differences[0, :, 0].tolist() == [0.5, 1.5]
+    assert differences[0, :, 4].tolist() == [3.0, 6.0]
     assert terms.drift(poses, torch.zeros_like(poses), real).item() == 1.0 + 4.0**2 + 10.0**2
     places, moves = terms.apart(poses, torch.zeros_like(poses), real)
     assert (places.item(), moves.item()) == (5.0**2 + 5.5**2 + 7.0**2, 1.0 + 9.0 + 36.0)

@@ -24,25 +24,25 @@ FEET = ("left_foot", "left_toe", "right_foot", "right_toe")
 
 def test_both_sides_learn_with_the_published_momentum():
     """Adam's first beta is 0.5, and gradients are cut to a norm of 25."""
-    made = training_module(plugin(**SMALL), window=30)
-    assert {(phase.name, phase.betas, phase.clip) for phase in made.phases} == {
+    module = training_module(plugin(**SMALL), window=30)
+    assert {(phase.name, phase.betas, phase.clip) for phase in module.phases} == {
         (name, (0.5, 0.999), 25.0) for name in ("generator", "discriminator")
     }
 
 
 def moving(variant: str, **parameters):
     """A training module whose answers move, without dropout, and a batch of rows of unequal length."""
-    made = training_module(plugin(**{**SMALL, "variant": variant, **parameters}), window=30)
-    made.modules.eval()
-    for each in made.modules["generator"].parameters():
+    module = training_module(plugin(**{**SMALL, "variant": variant, **parameters}), window=30)
+    module.modules.eval()
+    for each in module.modules["generator"].parameters():
         each.data += 0.1 * torch.randn_like(each)
-    made.modules["discriminator"]["body22"].dropout = 0.0
+    module.modules["discriminator"]["body22"].dropout = 0.0
     now = next(
         now
         for step in range(50)
-        if 0 < int((now := batch(made, rows=6, seed=step))["groups"][0]["same"].sum()) < 6
+        if 0 < int((now := batch(module, rows=6, seed=step))["groups"][0]["same"].sum()) < 6
     )
-    return made, now
+    return module, now
 
 
 # -------------------------------------------------------------------------------------------- the input
@@ -84,9 +84,9 @@ def test_movements_and_rotations_give_the_motion_back_in_chunks_of_any_length(pa
     sight, body = method.see(motion), method.body(character)
     turns, _ = body.see(motion)
     turns[:, 0] = rotation.multiply(rotation.conjugate(facing.rotation(sight.turn)), turns[:, 0])
-    kept = Path(np.array([0.01]), path, "predicted", "released")
+    walked = Path(np.array([0.01]), path, "predicted", "released")
     parts = [
-        kept.follow(*(each[part, None] for each in (sight.poses[:, -4:], sight.turn, sight.hips)))
+        walked.follow(*(each[part, None] for each in (sight.poses[:, -4:], sight.turn, sight.hips)))
         for part in (slice(0, 1), slice(1, 9), slice(9, 40))
     ]
     turn, hips = (np.concatenate(each)[:, 0] for each in zip(*parts, strict=True))
@@ -94,13 +94,13 @@ def test_movements_and_rotations_give_the_motion_back_in_chunks_of_any_length(pa
 
 
 def test_the_scale_knows_one_rest_pose_of_every_clip_at_the_height_of_its_hips():
-    made = training_module(plugin(**SMALL))
-    poses, rest = made._material.stacked("poses")[:, :66], []
+    module = training_module(plugin(**SMALL))
+    poses, rest = module._material.stacked("poses")[:, :66], []
     for name in sorted(CAST):
         bones = plugin(**SMALL).bones(CAST[name]).reshape(-1).copy()
-        bones[1] = made._material.clips[name][0].arrays["poses"][0, 1]
+        bones[1] = module._material.clips[name][0].arrays["poses"][0, 1]
         rest.append(bones)
-    scale = made.modules["generator"]["body22"].scale
+    scale = module.modules["generator"]["body22"].scale
     np.testing.assert_allclose(
         scale.places_mean.numpy(), np.concatenate([poses, np.stack(rest)]).mean(0), atol=1e-3
     )
@@ -110,9 +110,9 @@ def test_the_scale_knows_one_rest_pose_of_every_clip_at_the_height_of_its_hips()
 
 # ---------------------------------------------------------------------------------------- whom it draws
 def test_any_body_may_be_drawn_and_a_fifth_of_the_rows_is_marked():
-    made, own, marked, rows = training_module(plugin(**SMALL)), 0, 0, 0
+    module, own, marked, rows = training_module(plugin(**SMALL)), 0, 0, 0
     for step in range(100):
-        (group,) = batch(made, rows=8, seed=step)["groups"]
+        (group,) = batch(module, rows=8, seed=step)["groups"]
         itself = (group["bones"] == group["target_bones"]).all(-1).all(-1)
         assert itself[group["same"]].all()
         assert group["other"].tolist() == torch.nonzero(~group["same"])[:, 0].tolist()
@@ -126,14 +126,14 @@ def test_any_body_may_be_drawn_and_a_fifth_of_the_rows_is_marked():
 
 
 def test_clips_beside_targets_are_of_bodies_that_the_discriminator_is_told():
-    made = training_module(plugin(**SMALL))
+    module = training_module(plugin(**SMALL))
     bones = {name: plugin(**SMALL).bones(body) for name, body in CAST.items()}
     strangers = 0
     for step in range(30):
-        (group,) = batch(made, rows=8, seed=step)["groups"]
+        (group,) = batch(module, rows=8, seed=step)["groups"]
         for row in range(8):
             (whose,) = (n for n in CAST if np.array_equal(bones[n], group["real_bones"][row].numpy()))
-            heights = [clip.arrays["poses"][0, 1] for clip in made._material.clips[whose]]
+            heights = [clip.arrays["poses"][0, 1] for clip in module._material.clips[whose]]
             assert float(group["real"]["poses"][row, 0, 1]) in heights
             alike = torch.equal(group["real_bones"][row], group["target_bones"][row])
             assert alike or group["same"][row]
@@ -145,9 +145,9 @@ def test_clips_beside_targets_are_of_bodies_that_the_discriminator_is_told():
 class Seen:
     """Answers there and back of a batch, and what was asked for, as arrays: rows first, normalised."""
 
-    def __init__(self, made, group) -> None:
-        generator = made.modules["generator"]["body22"]
-        scale, tree = generator.scale, made._tree("body22", group["bones"])
+    def __init__(self, module, group) -> None:
+        generator = module.modules["generator"]["body22"]
+        scale, tree = generator.scale, module._tree("body22", group["bones"])
         self.asked = scale.poses(group["poses"].transpose(0, 1))
         there = Bodies(tree, group["target_bones"], scale, heights=group.get("target_heights"))
         back = Bodies(tree, group["bones"], scale, heights=group.get("heights"))
@@ -175,57 +175,69 @@ class Seen:
 
 def twisted(turns: np.ndarray, skipped: int) -> float:
     """Squared radians that the first angle of YZX lies beyond 100 degrees, the mean over joints."""
-    found = 0.0
+    penalty = 0.0
     for each in turns[skipped:]:
         angle = Rotation.from_quat(each[[1, 2, 3, 0]]).as_euler("YZX")[0]
-        found += max(0.0, abs(angle) - np.radians(100.0)) ** 2
-    return found / (len(turns) - skipped)
+        penalty += max(0.0, abs(angle) - np.radians(100.0)) ** 2
+    return penalty / (len(turns) - skipped)
 
 
 @pytest.mark.parametrize("variant", ["released", "own"])
 def test_every_term_of_the_generator_is_its_formula(variant):
-    made, now = moving(variant, drift=0.05)
+    module, now = moving(variant, drift=0.05)
     (group,) = now["groups"]
     assert len(set(group["lengths"].tolist())) > 1
-    seen, given = Seen(made, group), {}
-    terms = {name: each.item() for name, each in made.losses("generator", now, given).items()}
-    rows = range(len(seen.lengths))
-    kept = [row for row in rows if seen.same[row]]
-    over = sum(seen.lengths[row] for row in kept) if variant == "released" else seen.frames
+    reference, memory = Seen(module, group), {}
+    terms = {name: each.item() for name, each in module.losses("generator", now, memory).items()}
+    rows = range(len(reference.lengths))
+    own_rows = [row for row in rows if reference.same[row]]
+    over = sum(reference.lengths[row] for row in own_rows) if variant == "released" else reference.frames
     expected = {}
     for name, part in (("places", slice(66)), ("moves", slice(66, 70))):
-        expected[f"cycle_{name}"] = seen.squares(seen.back, seen.asked, part, rows) / seen.frames
-        expected[f"same_{name}"] = seen.squares(seen.there, seen.asked, part, kept) / over
+        expected[f"cycle_{name}"] = (
+            reference.squares(reference.back, reference.asked, part, rows) / reference.frames
+        )
+        expected[f"same_{name}"] = (
+            reference.squares(reference.there, reference.asked, part, own_rows) / over
+        )
     skipped = 1 if variant == "released" else 0
     twists = [
-        sum(twisted(way[frame, row].numpy(), skipped) for row in rows for frame in range(seen.lengths[row]))
-        for way in seen.turns
+        sum(
+            twisted(way[frame, row].numpy(), skipped)
+            for row in rows
+            for frame in range(reference.lengths[row])
+        )
+        for way in reference.turns
     ]
-    expected["twist"] = 10.0 * 0.5 * sum(twists) / seen.frames
+    expected["twist"] = 10.0 * 0.5 * sum(twists) / reference.frames
     changes = [
-        sum(float((np.diff(way[: seen.lengths[row], row, 66:], axis=0) ** 2).sum()) for row in rows)
-        for way in seen.plain
+        sum(float((np.diff(way[: reference.lengths[row], row, 66:], axis=0) ** 2).sum()) for row in rows)
+        for way in reference.plain
     ]
-    expected["smooth"] = 0.01 * 0.5 * sum(changes) / seen.frames
-    expected["drift"] = 0.05 * (seen.drifts(seen.there, kept) + seen.drifts(seen.back, rows)) / seen.frames
-    logits = discriminated(made, group, seen, variant)
-    others = [row for row in rows if not seen.same[row]]
+    expected["smooth"] = 0.01 * 0.5 * sum(changes) / reference.frames
+    expected["drift"] = (
+        0.05
+        * (reference.drifts(reference.there, own_rows) + reference.drifts(reference.back, rows))
+        / reference.frames
+    )
+    logits = discriminated(module, group, reference, variant)
+    others = [row for row in rows if not reference.same[row]]
     fooled = logits[others] if variant == "released" else logits
     expected["adversarial"] = 0.001 * float(np.log1p(np.exp(-fooled)).mean())
     assert expected["twist"] > 0.0
     assert terms == pytest.approx(expected, rel=1e-4)
-    assert len(given["fakes"][0].logits) == (len(rows) if variant == "released" else len(others))
+    assert len(memory["fakes"][0].logits) == (len(rows) if variant == "released" else len(others))
 
 
-def discriminated(made, group, seen, variant) -> np.ndarray:
+def discriminated(module, group, reference, variant) -> np.ndarray:
     """Logits of the answers: of all rows, or ours of those that go to another body."""
-    plain = seen.plain[0]
+    plain = reference.plain[0]
     moves = plain[:-1, :, 66:] if variant == "released" else plain[1:, :, 66:]
     shown = np.concatenate([np.diff(plain[..., :66], axis=0), moves], -1).transpose(1, 0, 2)
-    bones = (group["target_bones"].numpy().reshape(-1, 66) - seen.mean[:66]) / seen.deviation[:66]
-    rows = np.arange(len(shown)) if variant == "released" else np.flatnonzero(~seen.same)
-    lengths = torch.tensor(seen.lengths)[rows] - 1
-    network = made.modules["discriminator"]["body22"]
+    bones = (group["target_bones"].numpy().reshape(-1, 66) - reference.mean[:66]) / reference.deviation[:66]
+    rows = np.arange(len(shown)) if variant == "released" else np.flatnonzero(~reference.same)
+    lengths = torch.tensor(reference.lengths)[rows] - 1
+    network = module.modules["discriminator"]["body22"]
     with torch.no_grad():
         logits = network(
             torch.from_numpy(shown[rows]).float(), torch.from_numpy(bones[rows, 3:]).float(), lengths
@@ -234,17 +246,17 @@ def discriminated(made, group, seen, variant) -> np.ndarray:
 
 
 def test_the_discriminators_loss_is_that_of_real_clips_plus_that_of_all_answers():
-    made, now = moving("released")
-    (group,), given = now["groups"], {}
-    made.losses("generator", now, given)
-    loss = made.losses("discriminator", now, given)["cross_entropy"].item()
-    seen = Seen(made, group)
-    fake = discriminated(made, group, seen, "released")
+    module, now = moving("released")
+    (group,), memory = now["groups"], {}
+    module.losses("generator", now, memory)
+    loss = module.losses("discriminator", now, memory)["cross_entropy"].item()
+    reference = Seen(module, group)
+    fake = discriminated(module, group, reference, "released")
     plain = group["real"]["poses"].double().numpy()
     shown = np.concatenate([np.diff(plain[..., :66], axis=1), plain[:, :-1, 66:]], -1)
-    bones = (group["real_bones"].numpy().reshape(-1, 66) - seen.mean[:66]) / seen.deviation[:66]
+    bones = (group["real_bones"].numpy().reshape(-1, 66) - reference.mean[:66]) / reference.deviation[:66]
     with torch.no_grad():
-        real = made.modules["discriminator"]["body22"](
+        real = module.modules["discriminator"]["body22"](
             torch.from_numpy(shown).float(),
             torch.from_numpy(bones[:, 3:]).float(),
             group["real"]["lengths"] - 1,
@@ -254,24 +266,24 @@ def test_the_discriminators_loss_is_that_of_real_clips_plus_that_of_all_answers(
 
 
 def test_answers_are_forward_kinematics_on_the_targets_bones_at_its_height():
-    made, now = moving("released")
+    module, now = moving("released")
     (group,) = now["groups"]
-    seen, bones = Seen(made, group), group["target_bones"].double().numpy()
+    reference, bones = Seen(module, group), group["target_bones"].double().numpy()
     for row in (0, 3):
-        turns = [Rotation.from_quat(each[[1, 2, 3, 0]]) for each in seen.turns[0][4, row].numpy()]
+        turns = [Rotation.from_quat(each[[1, 2, 3, 0]]) for each in reference.turns[0][4, row].numpy()]
         turned, places = [turns[0]], [np.array([0.0, float(group["target_heights"][row]), 0.0])]
         for joint in range(1, 22):
             above = PARENTS[joint]
             places.append(places[above] + turned[above].apply(bones[row, joint]))
             turned.append(turned[above] * turns[joint])
-        np.testing.assert_allclose(seen.plain[0][4, row, :66].reshape(22, 3), places, atol=1e-3)
+        np.testing.assert_allclose(reference.plain[0][4, row, :66].reshape(22, 3), places, atol=1e-3)
 
 
 def test_the_answer_is_that_of_the_height_of_the_scaled_hips():
     """In chunks as in one go; at another height above the floor it is another one."""
-    made, _ = moving("released")
-    method, source, target = made.method(), dance(CAST["one"], 40), CAST["long"]
-    whole = method.retarget(source, target, context=Context())
+    module, _ = moving("released")
+    method, source, target = module.method(), dance(CAST["one"], 40), CAST["long"]
+    at_once = method.retarget(source, target, context=Context())
     sight = method.see(source)
     ratio = target.measures.hip_height / source.character.measures.hip_height
     lead = sight.hips * ratio
@@ -285,5 +297,5 @@ def test_the_answer_is_that_of_the_height_of_the_scaled_hips():
         turns, turn, hips = (np.concatenate(each)[:, 0] for each in zip(*parts, strict=True))
         return answer(method.body(target), turns, turn, hips, 40, 30.0)
 
-    assert apart(again(sight.height * ratio), whole) < 1e-6
-    assert apart(again(sight.height * ratio + 0.3), whole) > 1e-4
+    assert apart(again(sight.height * ratio), at_once) < 1e-6
+    assert apart(again(sight.height * ratio + 0.3), at_once) > 1e-4

@@ -54,20 +54,25 @@ def plain(network: PoseTransfer, points: Tensor, identity: Tensor) -> Tensor:
     def conv(layer: nn.Linear, x: Tensor) -> Tensor:
         return functional.conv1d(x, layer.weight[..., None], layer.bias)
 
-    pose, seen = points.mT, identity.mT
+    pose, identity_points = points.mT, identity.mT
     for layer in network.encoder.layers:
         pose = functional.relu(functional.instance_norm(conv(layer, pose)))
     if network.pooling == "max":
         pose = pose.max(dim=2).values[..., None].repeat(1, 1, identity.shape[1])
-    x = torch.cat([pose, seen], 1)
+    x = torch.cat([pose, identity_points], 1)
     for rank, (layer, block) in enumerate(zip(network.layers, network.blocks, strict=True)):
         x = conv(layer, x)
-        kept = network.pooling == "max" and rank == 0
+        untouched = network.pooling == "max" and rank == 0
 
-        def step(which: int, y: Tensor, block: Any = block, kept: bool = kept) -> Tensor:
+        def step(which: int, y: Tensor, block: Any = block, as_is: bool = untouched) -> Tensor:
             style, after = block.styles[which], block.layers[which]
-            y = y if kept else functional.instance_norm(y)
-            return conv(after, functional.relu(conv(style.scale, seen) * y + conv(style.shift, seen)))
+            y = y if as_is else functional.instance_norm(y)
+            return conv(
+                after,
+                functional.relu(
+                    conv(style.scale, identity_points) * y + conv(style.shift, identity_points)
+                ),
+            )
 
         x = step(1, step(0, x)) + step(2, x)
     return 2.0 * torch.tanh(conv(network.answer, x)).mT
@@ -78,9 +83,9 @@ def test_the_network_is_the_one_written_out(pooling: Any) -> None:
     torch.manual_seed(1)
     network = PoseTransfer(20, pooling).double()
     points, identity = torch.randn(2, 3, 40, 3, dtype=torch.float64)
-    found = network(points, identity)
-    torch.testing.assert_close(found, plain(network, points, identity), rtol=1e-9, atol=1e-9)
-    assert found.abs().max() < 2.0
+    answer = network(points, identity)
+    torch.testing.assert_close(answer, plain(network, points, identity), rtol=1e-9, atol=1e-9)
+    assert answer.abs().max() < 2.0
 
 
 # ------------------------------------------------------------------------------------------- surfaces
@@ -90,8 +95,8 @@ def test_a_skin_under_transforms_is_the_skinned_mesh(name: str) -> None:
     mesh = BODIES[name].mesh
     assert mesh is not None
     arrays = moves(motion, motion.root)
-    found = np.stack([skin.posed(arrays, frame) for frame in range(motion.frames)])
-    np.testing.assert_allclose(found + motion.root[:, None], mesh.skinned(motion), atol=1e-5)
+    vertices = np.stack([skin.posed(arrays, frame) for frame in range(motion.frames)])
+    np.testing.assert_allclose(vertices + motion.root[:, None], mesh.skinned(motion), atol=1e-5)
 
 
 def test_every_edge_is_there_once() -> None:
@@ -115,8 +120,8 @@ def test_points_are_drawn_all_before_any_is_drawn_again() -> None:
     frames = [np.arange(3.0 * n).reshape(n, 3) for n in (5, 8)]
     few, many = drawn(numbers, frames, 4), drawn(numbers, frames, 20)
     assert few.shape == (2, 4, 3)
-    for frame, found in zip(frames, many, strict=True):
-        _, times = np.unique(found, axis=0, return_counts=True)
+    for frame, points_drawn in zip(frames, many, strict=True):
+        _, times = np.unique(points_drawn, axis=0, return_counts=True)
         assert len(times) == len(frame)
         assert np.ptp(times) <= 1
     assert all(len(np.unique(each, axis=0)) == 4 for each in few)
@@ -167,12 +172,12 @@ def test_any_number_of_points_on_any_mesh(pooling: Any) -> None:
     uneven = PointSets(full.character, tuple(f[: 30 + 20 * k] for k, f in enumerate(full.points)), 30.0)
     for target in BODIES.values():
         assert method.supports(uneven.character, target) is None
-        for given in (full, uneven, source):
-            answer = method.retarget(given, target, context=Context(seed=1))
+        for sequence in (full, uneven, source):
+            answer = method.retarget(sequence, target, context=Context(seed=1))
             assert target.mesh is not None
             assert answer.vertices.shape == (11, *target.mesh.vertices.shape)
             assert np.isfinite(answer.vertices).all()
-            again = method.retarget(given, target, context=Context(seed=1))
+            again = method.retarget(sequence, target, context=Context(seed=1))
             np.testing.assert_array_equal(answer.vertices, again.vertices)
 
 

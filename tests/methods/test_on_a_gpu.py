@@ -62,9 +62,9 @@ def line() -> str:
 class Asking(TorchFunctionMode):
     """Notes what asks for numbers, and what copies numbers of Python: new tensors, and lists of indices."""
 
-    def __init__(self, found: list[str]) -> None:
+    def __init__(self, waits: list[str]) -> None:
         super().__init__()
-        self.found = found
+        self.found = waits
 
     def __torch_function__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
         if func in NUMBERS and args[0].is_meta:
@@ -84,18 +84,20 @@ class OneDevice(TorchDispatchMode):
     """Raises where an operation mixes devices, and notes copies from one to another that are waited for, of
     indices too; single numbers may come from the CPU."""
 
-    def __init__(self, found: list[str]) -> None:
+    def __init__(self, waits: list[str]) -> None:
         super().__init__()
-        self.found = found
+        self.found = waits
 
     def __torch_dispatch__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
         result, kwargs = func(*args, **(kwargs or {})), kwargs or {}
         tensors = [each for each in tree_leaves((args, kwargs, result)) if isinstance(each, Tensor)]
         devices = {each.device.type for each in tensors if each.ndim}
         if len(devices) > 1 and not kwargs.get("non_blocking"):
-            told = f"{line()}: {func}"
-            assert "copy" in str(func) or "index" in str(func), f"{told} is of {', '.join(sorted(devices))}"
-            self.found.append(told)
+            message = f"{line()}: {func}"
+            assert "copy" in str(func) or "index" in str(func), (
+                f"{message} is of {', '.join(sorted(devices))}"
+            )
+            self.found.append(message)
         return result
 
 
@@ -130,10 +132,10 @@ def test_next_to_no_step_waits_for_the_device_and_none_mixes_it_with_the_cpu(mod
     module.modules.to(meta)
     with without_autocast():
         for _ in range(2):  # constants are moved with the first step
-            batch, found = drawn(module, meta), []
-            with Asking(found), OneDevice(found):
+            batch, waits = drawn(module, meta), []
+            with Asking(waits), OneDevice(waits):
                 step(module, batch)
-    assert len(found) <= WAITS, "\n".join(found)
+    assert len(waits) <= WAITS, "\n".join(waits)
 
 
 def test_no_method_that_can_be_trained_is_left_out() -> None:

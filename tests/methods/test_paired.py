@@ -69,9 +69,11 @@ def loosened(network: Corrector, size: float = 0.05) -> Corrector:
 def test_no_correction_is_the_copy(training: PairedTraining) -> None:
     row = batch(training)
     bodies = row["source"], row["target"]
-    found = training.network(*inputs_of(training.network, row["motion"], *bodies), row["real"]["frames"])
-    answer = applied(training.network, found, row["motion"], *bodies)
-    copied = copy_of(training.network, found.scale, row["motion"], *bodies)
+    correction = training.network(
+        *inputs_of(training.network, row["motion"], *bodies), row["real"]["frames"]
+    )
+    answer = applied(training.network, correction, row["motion"], *bodies)
+    copied = copy_of(training.network, correction.scale, row["motion"], *bodies)
     moved = (answer.positions - copied.positions).norm(dim=-1).amax((0, 1))
     others = [joint for joint in range(len(BODY22)) if joint not in pose.LOWER]
     assert (moved[others] < 2e-5).all()
@@ -86,17 +88,17 @@ def test_limbs_meet_goals_in_reach_and_keep_their_bones(training: PairedTraining
         for k, v in batch(training).items()
     }
     bodies, network = (row["source"], row["target"]), loosened(training.network).double()
-    found = network(*inputs_of(network, row["motion"], *bodies), row["real"]["frames"])
-    found = found._replace(trunk=found.trunk.double(), limbs=0.2 * found.limbs.double())
-    start = copy_of(network, found.scale, row["motion"], *bodies)
-    goals = goals_of(found, start, row["motion"]["turn"], row["target"])
+    correction = network(*inputs_of(network, row["motion"], *bodies), row["real"]["frames"])
+    correction = correction._replace(trunk=correction.trunk.double(), limbs=0.2 * correction.limbs.double())
+    start = copy_of(network, correction.scale, row["motion"], *bodies)
+    goals = goals_of(correction, start, row["motion"]["turn"], row["target"])
     answer = pose.posed(network.tree, row["motion"]["rotations"], row["target"]["offsets"], goals)
     upper = answer.positions[:, :, pose.UPPER]
     expected = torch.cat([goals.feet, upper[:, :, pose.ARMS] + goals.hands], 2)
     lengths = row["target"]["offsets"].norm(dim=-1)
-    whole = (lengths[:, pose.LOWER] + lengths[:, pose.END])[:, None]
+    reach = (lengths[:, pose.LOWER] + lengths[:, pose.END])[:, None]
     far = (expected - upper).norm(dim=-1)
-    reachable = (far < 0.99 * whole) & (far > 0.2 * whole)
+    reachable = (far < 0.99 * reach) & (far > 0.2 * reach)
     missed = (answer.positions[:, :, pose.END] - expected).norm(dim=-1)
     assert reachable.float().mean() > 0.5
     assert missed[reachable].max() < 1e-6
@@ -147,11 +149,11 @@ def test_another_reference_pose_moves_nothing(material: TrainingData) -> None:
     for seed, name in enumerate(sorted(material.clips)):
         arrays, offsets = material.clips[name][0].arrays, RoleBody(material.characters[name]).offsets
         turned = rotation.from_rotation_vector(0.2 * np.random.default_rng(seed).normal(size=(22, 3)))
-        found, bones = augmentation.reposed(arrays, offsets, turned)
-        assert np.allclose(positions(found, bones), positions(arrays, offsets), atol=1e-5)
+        reposed, bones = augmentation.reposed(arrays, offsets, turned)
+        assert np.allclose(positions(reposed, bones), positions(arrays, offsets), atol=1e-5)
         assert np.abs(bones - offsets).max() > 0.01
         lacking = [joint for joint in range(1, len(BODY22)) if not offsets[joint].any()]
-        assert np.allclose(found["rotations"][:, lacking], [1, 0, 0, 0], atol=1e-6)
+        assert np.allclose(reposed["rotations"][:, lacking], [1, 0, 0, 0], atol=1e-6)
 
 
 def test_some_reference_poses_are_left_as_they_are() -> None:
@@ -165,13 +167,13 @@ def test_some_reference_poses_are_left_as_they_are() -> None:
 def test_a_body_without_joints_keeps_the_others_where_those_did_not_turn(material: TrainingData) -> None:
     name = min(material.clips)
     arrays, offsets = dict(material.clips[name][0].arrays), RoleBody(material.characters[name]).offsets
-    gone = [BODY22.index(role) for names in augmentation.SPARED.values() for role in names]
+    spared = [BODY22.index(role) for names in augmentation.SPARED.values() for role in names]
     arrays["rotations"] = arrays["rotations"].copy()
-    arrays["rotations"][:, gone] = (1, 0, 0, 0)
+    arrays["rotations"][:, spared] = (1, 0, 0, 0)
     less, bones = augmentation.without(arrays, offsets, list(augmentation.SPARED))
-    kept = [joint for joint in range(len(BODY22)) if joint not in gone]
-    assert np.allclose(positions(less, bones)[:, kept], positions(arrays, offsets)[:, kept], atol=1e-5)
-    assert not bones[gone].any()
+    others = [joint for joint in range(len(BODY22)) if joint not in spared]
+    assert np.allclose(positions(less, bones)[:, others], positions(arrays, offsets)[:, others], atol=1e-5)
+    assert not bones[spared].any()
     assert not less["planted"][:, [1, 3]].any()
 
 
@@ -218,10 +220,12 @@ def test_training_bodies_are_told_as_they_are_and_others_as_the_nearest(training
     odd = offsets.clone()
     knee = BODY22.index("left_leg")
     odd[0, knee] = torch.tensor([0.3, -3.0, 0.0])
-    told = figures({"offsets": odd, "lengths": lengths})
+    described = figures({"offsets": odd, "lengths": lengths})
     longest = training.network.figures.lengths[0, 1, knee] * lengths[0, 0]
-    assert torch.allclose(told.offsets[0, knee], torch.tensor([0.0, -1.0, 0.0]) * longest, atol=1e-6)
-    assert (told.level(told.ankle + told.drop) * told.height).allclose(told.drop * told.stretch)
+    assert torch.allclose(described.offsets[0, knee], torch.tensor([0.0, -1.0, 0.0]) * longest, atol=1e-6)
+    assert (described.level(described.ankle + described.drop) * described.height).allclose(
+        described.drop * described.stretch
+    )
 
 
 def test_it_has_its_size(training: PairedTraining) -> None:

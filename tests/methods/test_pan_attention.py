@@ -27,8 +27,8 @@ def marked(method, name, by_frame=False) -> None:
     """The encoder of a structure says in the place of weights which edge it is, or which frame."""
     encoder = method.structures[name].encoder
 
-    def attention(seen):
-        rows, frames, edges = seen.shape[:3]
+    def attention(values):
+        rows, frames, edges = values.shape[:3]
         which = torch.arange(frames if by_frame else edges) / 1000.0
         each = which[:, None] if by_frame else which[None]
         parts = encoder.count
@@ -98,9 +98,9 @@ def test_long_clips_go_in_pieces(monkeypatch):
 
     method = pan_material.trained()
     motion = dance(pan_material.BODIES["legs"], 50)
-    whole = asked(method, motion)
+    at_once = asked(method, motion)
     monkeypatch.setattr(attention_weights, "PIECE", 16)
-    np.testing.assert_allclose(asked(method, motion).weights, whole.weights, atol=1e-6)
+    np.testing.assert_allclose(asked(method, motion).weights, at_once.weights, atol=1e-6)
 
 
 def test_a_whole_body_is_one_part():

@@ -43,10 +43,10 @@ def _heard(structure):
     """(part, role) -> weights of the convolution from the edges themselves."""
     layout = structure.layout
     weights = structure.encoder.raw.weight.detach()
-    found, start = {}, 0
+    blocks, start = {}, 0
     for name, part in zip(layout.names, layout.parts, strict=True):
         for edge in (*part, layout.edges):
             role = "root" if edge == layout.edges else layout.roles[edge + 1]
-            found[name, role] = weights[start : start + 4]
+            blocks[name, role] = weights[start : start + 4]
             start += 4
-    return found
+    return blocks

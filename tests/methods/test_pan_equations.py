@@ -29,25 +29,25 @@ def relu(values: np.ndarray) -> np.ndarray:
     return np.maximum(values, 0.0)
 
 
-def embedded(encoder: Encoder, seen: np.ndarray) -> np.ndarray:
+def embedded(encoder: Encoder, values: np.ndarray) -> np.ndarray:
     w0, b0, w1, b1, w2, b2 = arrays(encoder.embedding)
-    return relu(relu(seen @ w0.T + b0) @ w1.T + b1) @ w2.T + b2
+    return relu(relu(values @ w0.T + b0) @ w1.T + b1) @ w2.T + b2
 
 
 def test_equation_1_embeds_a_slot_by_three_layers_256_wide():
     encoder = Encoder(S23, PAPER)
-    seen = torch.randn(7, 4)
-    found = mlp(seen, encoder.embedding, "relu")
+    inputs = torch.randn(7, 4)
+    embedding = mlp(inputs, encoder.embedding, "relu")
     assert [len(each) for each in arrays(encoder.embedding)[::2]] == [256, 256, 32]
-    close(found, torch.from_numpy(embedded(encoder, seen.double().numpy())).float())
+    close(embedding, torch.from_numpy(embedded(encoder, inputs.double().numpy())).float())
 
 
 def code_of(j: int, width: int = 32) -> np.ndarray:
-    found = np.zeros(width)
+    code = np.zeros(width)
     for i in range(width // 2):
-        found[2 * i] = np.sin(j / 10_000 ** (2 * i / width))
-        found[2 * i + 1] = np.cos(j / 10_000 ** (2 * i / width))
-    return found
+        code[2 * i] = np.sin(j / 10_000 ** (2 * i / width))
+        code[2 * i + 1] = np.cos(j / 10_000 ** (2 * i / width))
+    return code
 
 
 def test_equation_2_codes_the_index_of_a_slot():
@@ -60,8 +60,8 @@ def test_equation_2_codes_the_index_of_a_slot():
 def test_equation_3_adds_embedding_and_code():
     """Seen through equations 4 and 5: the first layer's weights are those of the sums."""
     encoder = Encoder(S23, PAPER)
-    seen = motion(S23, rows=1, frames=16)
-    edges = embedded(encoder, seen[0, 0].double().numpy()) + np.stack([code_of(j) for j in range(23)])
+    inputs = motion(S23, rows=1, frames=16)
+    edges = embedded(encoder, inputs[0, 0].double().numpy()) + np.stack([code_of(j) for j in range(23)])
     token, part = encoder.tokens.detach().double().numpy()[2], [*S23.parts[2], 22]
     weight, bias = arrays(encoder.layers[0])
     asking = token @ weight[:32].T + bias[:32]
@@ -69,7 +69,7 @@ def test_equation_3_adds_embedding_and_code():
     scores = np.exp(keys @ asking / np.sqrt(32))
     expected = np.zeros(23)
     expected[part] = (scores / scores.sum())[1:]
-    np.testing.assert_allclose(encoder.attention(seen)[0, 0, 2].detach().numpy(), expected, atol=1e-5)
+    np.testing.assert_allclose(encoder.attention(inputs)[0, 0, 2].detach().numpy(), expected, atol=1e-5)
 
 
 def attended(layer: Attention, rows: np.ndarray, sees: np.ndarray, heads: int) -> np.ndarray:
@@ -77,13 +77,13 @@ def attended(layer: Attention, rows: np.ndarray, sees: np.ndarray, heads: int) -
     weight, bias = arrays(layer.qkv)
     asking, keys, values = np.split(rows @ weight.T + bias, 3, axis=1)
     size = rows.shape[1] // heads
-    found = []
+    parts = []
     for head in range(heads):
         own = slice(head * size, (head + 1) * size)
         scores = (asking[:, own] @ keys[:, own].T + np.where(sees, 0.0, -np.inf)) / np.sqrt(size)
         scores = np.exp(scores - scores.max(1, keepdims=True))
-        found.append(scores / scores.sum(1, keepdims=True) @ values[:, own])
-    return np.concatenate(found, 1)
+        parts.append(scores / scores.sum(1, keepdims=True) @ values[:, own])
+    return np.concatenate(parts, 1)
 
 
 @pytest.mark.parametrize("heads", [1, 2])
@@ -96,11 +96,11 @@ def test_equations_4_and_5_are_masked_attention(heads):
         sees[np.ix_(queries, keys)] = True
     sees[4, 5] = False
     hidden = torch.zeros(6, 6).masked_fill(~torch.from_numpy(sees), -torch.inf)
-    found = layer(rows, hidden, None)
-    torch.testing.assert_close(layer(rows, hidden[:3], DropoutMask(0.0, rows.device)), found[:, :3])
+    actual = layer(rows, hidden, None)
+    torch.testing.assert_close(layer(rows, hidden[:3], DropoutMask(0.0, rows.device)), actual[:, :3])
     for frame in range(5):
         expected = attended(layer, rows[frame].double().numpy(), sees, heads)
-        np.testing.assert_allclose(found[frame].detach().numpy(), expected, atol=1e-5)
+        np.testing.assert_allclose(actual[frame].detach().numpy(), expected, atol=1e-5)
 
 
 def reflected(values: np.ndarray, reach: int) -> np.ndarray:
@@ -122,10 +122,10 @@ def convolved_by_hand(values: np.ndarray, weight: np.ndarray, bias: np.ndarray, 
 def test_equation_6_convolves_each_part_for_itself():
     """With one layer of attention nothing stands between the two convolutions."""
     encoder = Encoder(S23, replace(PAPER, layers=1))
-    seen = motion(S23, rows=1, frames=20)
-    tokens, _ = encoder._first(seen, None)
-    found = encoder(seen)[0].detach().numpy()
-    assert found.shape == (5, 6, 32)
+    inputs = motion(S23, rows=1, frames=20)
+    tokens, _ = encoder._first(inputs, None)
+    actual = encoder(inputs)[0].detach().numpy()
+    assert actual.shape == (5, 6, 32)
     for part in range(6):
         values = tokens[:, part].detach().double().numpy()
         for layer in encoder.convolutions:
@@ -133,13 +133,13 @@ def test_equation_6_convolves_each_part_for_itself():
             own = slice(part * 32, (part + 1) * 32)
             assert weight.shape == (192, 32, 15)
             values = relu(convolved_by_hand(values, weight[own], bias[own], 2))
-        np.testing.assert_allclose(found[:, part], values, atol=1e-5)
+        np.testing.assert_allclose(actual[:, part], values, atol=1e-5)
 
 
 def test_equation_7_encodes_the_bones_of_a_part():
     encoder = SkeletonEncoder(S28, PAPER)
     lengths = bones(S28, rows=1)
-    found = encoder(lengths)[0].detach().numpy()
+    actual = encoder(lengths)[0].detach().numpy()
     start = 0
     for number, part in enumerate(S28.parts):
         values = lengths[0, list(part)].flatten().double().numpy()
@@ -150,7 +150,7 @@ def test_equation_7_encodes_the_bones_of_a_part():
             values = values @ weight[row : row + size] + bias[number]
             values = relu(values) if depth < 2 else values
         start += 3 * len(part)
-        np.testing.assert_allclose(found[number], values, atol=1e-5)
+        np.testing.assert_allclose(actual[number], values, atol=1e-5)
 
 
 def doubled(values: np.ndarray) -> np.ndarray:
@@ -174,7 +174,7 @@ def test_equation_9_squashes_scores():
     squashed = Discriminator(12, PAPER)
     flat = Discriminator(12, replace(PAPER, squashed=False))
     flat.load_state_dict(squashed.state_dict())
-    seen = torch.randn(2, 20, 12)
-    scores = flat(seen).detach().double().numpy()
+    inputs = torch.randn(2, 20, 12)
+    scores = flat(inputs).detach().double().numpy()
     assert scores.shape == (2, 20 - 15 + 1)
-    np.testing.assert_allclose(squashed(seen).detach().numpy(), 1 / (1 + np.exp(-scores)), atol=1e-6)
+    np.testing.assert_allclose(squashed(inputs).detach().numpy(), 1 / (1 + np.exp(-scores)), atol=1e-6)

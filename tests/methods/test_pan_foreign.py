@@ -44,12 +44,12 @@ def filled(character: Character, like: Character) -> Character:
     """The character with all joints of another: at rest in its reference pose, and those that it lacks at
     the place of the joint that they hang from. Made without PAN's code."""
     positions = kinematics.forward(character.skeleton, character.reference_pose, np.zeros(3))[0]
-    known = [character.joint_of.get(role, -1) for role in like.roles]
-    found = np.zeros((len(known), 3))
-    for joint, (same, parent) in enumerate(zip(known, like.skeleton.parents, strict=True)):
-        found[joint] = positions[same] if same >= 0 else found[parent]
-    offsets = found - found[np.maximum(like.skeleton.parents, 0)]
-    still = np.zeros((len(known), 4))
+    counterparts = [character.joint_of.get(role, -1) for role in like.roles]
+    filled_places = np.zeros((len(counterparts), 3))
+    for joint, (same, parent) in enumerate(zip(counterparts, like.skeleton.parents, strict=True)):
+        filled_places[joint] = positions[same] if same >= 0 else filled_places[parent]
+    offsets = filled_places - filled_places[np.maximum(like.skeleton.parents, 0)]
+    still = np.zeros((len(counterparts), 4))
     still[:, 0] = 1.0
     skeleton = Skeleton(like.skeleton.names, like.skeleton.parents, offsets)
     return Character("filled", skeleton, like.structure, like.roles, still, character.measures)
@@ -111,15 +111,18 @@ def test_as_a_target_it_is_the_body_with_bones_of_no_length(points, mixamo_like)
     method = trained(("body28",))
     motion = method_bodies.dance(mixamo_like, 37)
     body = filled(points, mixamo_like)
-    found, expected = carried(method, motion, points), carried(method, motion, body)
-    assert (found.frames, found.fps, found.skeleton) == (37, 30.0, points.skeleton)
+    actual, expected = carried(method, motion, points), carried(method, motion, body)
+    assert (actual.frames, actual.fps, actual.skeleton) == (37, 30.0, points.skeleton)
     both = [(points.joint_of[role], body.joint_of[role]) for role in points.joint_of]
-    mine, theirs = (list(each) for each in zip(*both, strict=True))
-    turned, wanted_turns = transfer.relative(found)[:, mine], transfer.relative(expected)[:, theirs]
-    assert rotation.angle(turned, wanted_turns).max() < 1e-3
+    point_joints, body_joints = (list(each) for each in zip(*both, strict=True))
+    turned, expected_turns = (
+        transfer.relative(actual)[:, point_joints],
+        transfer.relative(expected)[:, body_joints],
+    )
+    assert rotation.angle(turned, expected_turns).max() < 1e-3
     legs = [role for role in points.joint_of if roles.body_part(role).endswith("leg")]
     assert len(legs) == 6
-    apart = found.positions[:, points.joints(legs)] - expected.positions[:, body.joints(legs)]
+    apart = actual.positions[:, points.joints(legs)] - expected.positions[:, body.joints(legs)]
     assert np.abs(apart).max() < 1e-4 * points.height
 
 
@@ -146,6 +149,6 @@ def test_another_order_of_the_same_joints_is_the_same_body(structure):
     plain = Pan().body(body)
     other = rewriting.reordered(body).body
     assert other.skeleton.names != body.skeleton.names
-    found = in_layout(other, plain.layout)
-    names = [other.skeleton.names[joint] for joint in found.joints]
+    ordered = in_layout(other, plain.layout)
+    names = [other.skeleton.names[joint] for joint in ordered.joints]
     assert names == [body.skeleton.names[joint] for joint in plain.joints]

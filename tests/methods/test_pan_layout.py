@@ -45,9 +45,9 @@ def layout(parents, roles, parts=SIX, four_legged=False):
 
 
 def test_parts_of_the_structure_of_28_joints():
-    found = layout(S28, S28_ROLES)
-    assert found.names == ("left_leg", "right_leg", "spine", "head", "left_arm", "right_arm")
-    assert found.parts == (
+    structure = layout(S28, S28_ROLES)
+    assert structure.names == ("left_leg", "right_leg", "spine", "head", "left_arm", "right_arm")
+    assert structure.parts == (
         (0, 1, 2, 3, 4),
         (5, 6, 7, 8, 9),
         (10, 11, 12, 13),
@@ -55,13 +55,13 @@ def test_parts_of_the_structure_of_28_joints():
         (13, 17, 18, 19, 20, 21),
         (13, 22, 23, 24, 25, 26),
     )
-    assert found.edges == 27
-    assert found.encoded.all()
+    assert structure.edges == 27
+    assert structure.encoded.all()
 
 
 def test_parts_of_the_structure_of_23_joints():
-    found = layout(S23, S23_ROLES)
-    assert found.parts == (
+    structure = layout(S23, S23_ROLES)
+    assert structure.parts == (
         (0, 1, 2, 3),
         (4, 5, 6, 7),
         (8, 9, 10, 11),
@@ -69,30 +69,30 @@ def test_parts_of_the_structure_of_23_joints():
         (11, 14, 15, 16, 17),
         (11, 18, 19, 20, 21),
     )
-    assert found.encoded.all()
+    assert structure.encoded.all()
 
 
 def test_a_pelvis_without_a_role_is_of_both_legs():
     parents = [-1, 0, *(parent + 1 for parent in S23[1:])]  # legs hang from the pelvis
     parents[S23_ROLES.index("spine_1") + 1] = 0
-    found = layout(parents, ["hips", None, *S23_ROLES[1:]])
-    pelvis = {name for name, edges in zip(found.names, found.parts, strict=True) if 0 in edges}
+    structure = layout(parents, ["hips", None, *S23_ROLES[1:]])
+    pelvis = {name for name, edges in zip(structure.names, structure.parts, strict=True) if 0 in edges}
     assert pelvis == {"left_leg", "right_leg"}
 
 
 def test_slots_carry_the_joint_that_they_leave():
-    found = layout(S23, S23_ROLES)
-    assert found.turned.tolist() == S23[1:]
+    structure = layout(S23, S23_ROLES)
+    assert structure.turned.tolist() == S23[1:]
     # three edges leave the hips, three leave the chest, and each has the edge that leads there above it
-    assert [edge for edge in range(22) if found.above[edge] == -1] == [0, 4, 8]
-    assert [edge for edge in range(22) if found.above[edge] == 11] == [12, 14, 18]
-    assert found.ends.tolist() == [3, 7, 13, 17, 21]
+    assert [edge for edge in range(22) if structure.above[edge] == -1] == [0, 4, 8]
+    assert [edge for edge in range(22) if structure.above[edge] == 11] == [12, 14, 18]
+    assert structure.ends.tolist() == [3, 7, 13, 17, 21]
 
 
 def test_a_body_with_one_arm_has_five_parts():
-    found = Pan().body(pan_material.BODIES["one_one_armed"]).layout
-    assert found.names == ("left_leg", "right_leg", "spine", "head", "left_arm")
-    assert found.encoded.all()
+    structure = Pan().body(pan_material.BODIES["one_one_armed"]).layout
+    assert structure.names == ("left_leg", "right_leg", "spine", "head", "left_arm")
+    assert structure.encoded.all()
 
 
 def test_three_parts_of_two_legs_and_of_four():
@@ -169,9 +169,9 @@ def test_parts_of_a_file(tmp_path):
     path.write_text('lower = ["left_leg", "right_leg"]\nupper = ["head", "left_arm", "right_arm"]\n')
     name, parts = parts_of(str(path))
     assert name == "lower:left_leg+right_leg upper:head+left_arm+right_arm"
-    found = Pan(parts=str(path))
-    assert found.facts()["parts"] == name
-    assert found.body(pan_material.BODIES["one"]).layout.names == ("lower", "upper")
+    method = Pan(parts=str(path))
+    assert method.facts()["parts"] == name
+    assert method.body(pan_material.BODIES["one"]).layout.names == ("lower", "upper")
     # fore legs go with hind legs only where nobody says otherwise
     assert "left_arm" not in {
         role for edge in layout(S23, S23_ROLES, parts, True).parts[0] for role in [S23_ROLES[edge + 1]]

@@ -173,6 +173,6 @@ def test_structures_of_any_name(name):
         training_material.training_data(method, cast, (30,)),
         TrainingConfig(steps=1, batch=4, window=16, rate=1e-3),
     )
-    found = module.method()
-    assert len(found.structures) == 1
-    assert found.supports(cast["one"], cast["tall"]) is None
+    loaded = module.method()
+    assert len(loaded.structures) == 1
+    assert loaded.supports(cast["one"], cast["tall"]) is None

@@ -45,8 +45,8 @@ def test_positions_are_sums_of_what_roots_move_only_where_roots_say_that():
     released = {
         root: Pan(variant="released", parts="three", root=root) for root in ("", "velocity", "height")
     }
-    found = {root: each.settings.weights.positions for root, each in released.items()}
-    assert found == {"": "summed", "velocity": "summed", "height": "world"}
+    by_root = {root: each.settings.weights.positions for root, each in released.items()}
+    assert by_root == {"": "summed", "velocity": "summed", "height": "world"}
 
 
 def test_losses_are_over_common_parts_only():
@@ -77,8 +77,8 @@ def test_eq_20_takes_the_range_of_the_training_motion():
                 for clip in clips[each]
             ]
         )
-        found = module._objective._tensors["speeds", name].numpy()
-        np.testing.assert_allclose(found, [speeds.min(), speeds.max()], rtol=1e-5)
+        ranges = module._objective._tensors["speeds", name].numpy()
+        np.testing.assert_allclose(ranges, [speeds.min(), speeds.max()], rtol=1e-5)
 
 
 @pytest.mark.parametrize("turns", [False, True])
@@ -134,11 +134,11 @@ def test_paths_between_legs_stay_beside_the_source_s():
     motion = dance(pan_material.BODIES["rex"], 1800)
     features, body = method.settings.features, method.body(motion.character)
     assert features.path == "relative"
-    seen, ratio = features.see(motion, body), features.unit(motion.character)
-    edges = np.array(seen["edges"])
+    encoded, ratio = features.see(motion, body), features.unit(motion.character)
+    edges = np.array(encoded["edges"])
     edges[:, -1, 2] += 0.9  # of 90 units
-    off = features.motion(body, edges, seen, ratio, "source", None).root - motion.root
-    decoded = replace(features, path="decoded").motion(body, edges, seen, ratio, "source", None)
+    off = features.motion(body, edges, encoded, ratio, "source", None).root - motion.root
+    decoded = replace(features, path="decoded").motion(body, edges, encoded, ratio, "source", None)
     hips, bound = motion.character.measures.hip_height, 1.0 / (1.0 - np.exp(-1.0 / (30.0 * MEMORY)))
     assert 0.0 < np.linalg.norm(off, axis=1).max() <= 0.01 * hips * bound
     steps = np.diff(decoded.root - motion.root, axis=0)
@@ -152,8 +152,8 @@ def test_steady_paths_forget_what_differs_for_long():
     drifting = lead + 0.02 * np.arange(300)[:, None] * [1.0, 0.0, -2.0]
     np.testing.assert_allclose(without_bias(drifting, lead, 30.0), lead, atol=1e-12)
     np.testing.assert_array_equal(without_bias(lead[:1] + 1.0, lead[:1], 30.0), lead[:1])
-    late = np.where(np.arange(300)[:, None] < 100, lead, drifting - 2.0 * np.array([1.0, 0.0, -2.0]))
-    off = np.abs(without_bias(late, lead, 30.0) - lead).max(1)
+    drifted = np.where(np.arange(300)[:, None] < 100, lead, drifting - 2.0 * np.array([1.0, 0.0, -2.0]))
+    off = np.abs(without_bias(drifted, lead, 30.0) - lead).max(1)
     assert off[:100].max() < 1e-12
     assert off[100:130].max() > 0.02
     assert off[-100:].max() < 1e-4, "a new velocity is forgotten too"

@@ -33,13 +33,13 @@ def test_places_are_those_of_the_motion(name, root, given_turn):
     """Eq. 13's FK: in the world, level from where the hips begin, turned as the first frame faces."""
     body, features = Pan(parts="three").body(BODIES[name]), Features(root, "world", 0.0)
     motion = dance(pan_material.BODIES[name], 20)
-    seen = features.see(motion, body)
-    edges = torch.from_numpy(seen["edges"][None]).float()
+    encoded = features.see(motion, body)
+    edges = torch.from_numpy(encoded["edges"][None]).float()
     bones = torch.from_numpy(features.bones(body)[None])
     local = Kinematics(body)(edges, bones)
-    turn = seen["turn"][:, 0] + 1j * seen["turn"][:, 1]
+    turn = encoded["turn"][:, 0] + 1j * encoded["turn"][:, 1]
     level = torch.from_numpy((turn * turn[0].conj())[None]).to(torch.complex64) if given_turn else None
-    found = world(local, edges[:, :, -1], root, level)[0].numpy()
+    actual = world(local, edges[:, :, -1], root, level)[0].numpy()
 
     positions = motion.positions[:, list(body.joints)] / 0.01
     hips = positions[0, 0].copy()
@@ -49,7 +49,7 @@ def test_places_are_those_of_the_motion(name, root, given_turn):
         start = np.array([hips[0], hips[1] if root == "velocity" else 0.0, hips[2]])
         expected = facing.seen(positions - start, np.broadcast_to(turn[0], positions.shape[:2]))
     height = BODIES[name].height / 0.01
-    assert np.abs(found - expected).max() / height < 1e-5
+    assert np.abs(actual - expected).max() / height < 1e-5
     relative = motion.positions[:, list(body.joints)] - motion.positions[:, [body.joints[0]]]
     if root != "position":
         relative = facing.seen(relative, np.broadcast_to(turn[:, None], relative.shape[:2]))
@@ -75,8 +75,8 @@ def arrays(seed: int, *shape: int, count: int = 2):
     return [random.normal(size=shape) for _ in range(count)]
 
 
-def tensors(*found):
-    return [torch.from_numpy(each) for each in found]
+def tensors(*values):
+    return [torch.from_numpy(each) for each in values]
 
 
 @given(SEEDS)
@@ -152,17 +152,17 @@ def test_end_effectors_move_alike_and_rest_together(seed):
 def test_where_no_end_effector_rests_there_is_no_second_term():
     source, answer = tensors(*arrays(0, 2, 6, 3, 3))
     answer.requires_grad_()
-    found = losses.end_effectors(source, answer, resting=True)
-    assert found.item() == pytest.approx(100 * ((source - answer).diff(dim=1) ** 2).mean().item())
-    found.backward()
+    loss = losses.end_effectors(source, answer, resting=True)
+    assert loss.item() == pytest.approx(100 * ((source - answer).diff(dim=1) ** 2).mean().item())
+    loss.backward()
     assert answer.grad.isfinite().all()
 
 
 def test_ends_of_bodies_that_lack_some():
     ends = {name: ends_of(Pan(parts="three").body(BODIES[name]).layout) for name in ("one", "rex")}
     roles = {
-        name: {Pan(parts="three").body(BODIES[name]).layout.roles[joint] for joint in found.values()}
-        for name, found in ends.items()
+        name: {Pan(parts="three").body(BODIES[name]).layout.roles[joint] for joint in joints.values()}
+        for name, joints in ends.items()
     }
     assert roles["one"] == {"head", "left_toe", "right_toe"}, "hands belong to none of three parts"
     assert roles["rex"] == {"head", "left_foot", "right_foot", "left_hand", "right_hand"}
@@ -288,7 +288,7 @@ def test_judges_learn_from_what_they_are_shown():
         ]
     loss = module.losses("discriminator", batch, memory)["told_apart"].item()
     assert loss == pytest.approx(np.mean(expected), rel=1e-4)
-    assert not any(each.requires_grad for _, *seen in memory["shown"] for each in seen)
+    assert not any(each.requires_grad for _, *shown_tensors in memory["shown"] for each in shown_tensors)
 
 
 def test_a_replay_buffer_keeps_fifty_answers():

@@ -63,20 +63,20 @@ KINDS = {
 @pytest.mark.parametrize(("layout", "design"), BUILDS, ids=BUILT)
 @pytest.mark.parametrize("kind", KINDS)
 def test_lean_and_plain_networks_agree_in_values_and_gradients(kind, layout, design):
-    lean_class, plain_class, made = KINDS[kind]
+    lean_class, plain_class, make = KINDS[kind]
     lean = lean_class(layout, design)
     plain = plain_class(lean, layout, design)
     assert {id(each) for each in plain.parameters()} == {id(own) for own, _, _ in plain.pairs}
     assert {id(each) for each in lean.parameters()} == {id(own) for _, own, _ in plain.pairs}
-    values = made(layout)
-    ours, theirs = values.clone().requires_grad_(), values.clone().requires_grad_()
-    found, expected = lean(ours), plain(theirs)
-    close(found, expected)
-    weight = torch.randn_like(found)
-    (found * weight).sum().backward()
+    values = make(layout)
+    own_values, plain_values = values.clone().requires_grad_(), values.clone().requires_grad_()
+    actual, expected = lean(own_values), plain(plain_values)
+    close(actual, expected)
+    weight = torch.randn_like(actual)
+    (actual * weight).sum().backward()
     (expected * weight).sum().backward()
-    seen = slice(0, -1) if kind == "skeleton" else slice(None)
-    close(ours.grad[:, seen], theirs.grad[:, seen])
+    compared = slice(0, -1) if kind == "skeleton" else slice(None)
+    close(own_values.grad[:, compared], plain_values.grad[:, compared])
     for dense, own, write in plain.pairs:
         close(write(own.grad), dense.grad)
 
@@ -84,23 +84,23 @@ def test_lean_and_plain_networks_agree_in_values_and_gradients(kind, layout, des
 def test_a_long_motion_of_many_pieces_is_what_the_plain_network_says():
     design = DESIGNS["released"]
     lean = Encoder(S23, design)
-    seen = motion(S23, rows=3, frames=300)
+    inputs = motion(S23, rows=3, frames=300)
     with torch.no_grad():
-        close(lean(seen), PlainEncoder(lean, S23, design)(seen))
+        close(lean(inputs), PlainEncoder(lean, S23, design)(inputs))
 
 
 # ------------------------------------------------------------------------------------------- counts
 def test_the_plain_networks_have_the_parameters_of_record():
-    found = {}
+    counts = {}
     for name, layout in (("S23", S23), ("S28", S28)):
         lean = [kind(layout, RELEASED) for kind in (Encoder, Decoder, SkeletonEncoder)]
         plain = [
             kind(each, layout, RELEASED)
             for kind, each in zip((PlainEncoder, PlainDecoder, PlainSkeletonEncoder), lean, strict=True)
         ]
-        found[name] = (count(*plain[:2]), count(plain[2]))
-    assert found == {"S23": (2_250_876, 87_552), "S28": (2_366_096, 90_432)}
-    assert sum(map(sum, found.values())) == 4_794_956
+        counts[name] = (count(*plain[:2]), count(plain[2]))
+    assert counts == {"S23": (2_250_876, 87_552), "S28": (2_366_096, 90_432)}
+    assert sum(map(sum, counts.values())) == 4_794_956
 
 
 def stored(layout: Layout, design: Design) -> int:
@@ -123,12 +123,12 @@ def test_what_is_stored_is_what_the_mask_leaves():
     """
     for mask, record, parts in (("released", 981_932, 1), ("paper", 966_572, 6)):
         design = replace(RELEASED, conv_mask=mask, bone_mask=mask)
-        kept = sum(
+        stored_weights = sum(
             count(*(kind(layout, design) for kind in (Encoder, Decoder, SkeletonEncoder)))
             for layout in (S23, S28)
         )
         assert sum(stored(layout, design) for layout in (S23, S28)) == record
-        assert kept == record - 2 * 3 * 32 * parts
+        assert stored_weights == record - 2 * 3 * 32 * parts
 
 
 def test_the_discriminators_have_the_parameters_of_record():
@@ -142,14 +142,14 @@ def test_the_discriminators_have_the_parameters_of_record():
 def test_dropout_leaves_out_its_share_and_keeps_the_mean():
     mask = DropoutMask(0.2, torch.device("cpu"))
     values = torch.ones(400, 1000)
-    kept = mask.factors(mask.bytes(400, 1000), values)
+    factors = mask.factors(mask.bytes(400, 1000), values)
     share = round(0.2 * LEVELS) / LEVELS
-    assert set(kept.unique().tolist()) == {0.0, kept.max().item()}
-    assert kept.max().item() == pytest.approx(1 / (1 - share))
-    spread = np.sqrt(share * (1 - share) / kept.numel())
-    assert abs((kept == 0).double().mean().item() - share) < 5 * spread
+    assert set(factors.unique().tolist()) == {0.0, factors.max().item()}
+    assert factors.max().item() == pytest.approx(1 / (1 - share))
+    spread = np.sqrt(share * (1 - share) / factors.numel())
+    assert abs((factors == 0).double().mean().item() - share) < 5 * spread
     for axis in (0, 1):  # neighbours do not know of each other
-        left, right = kept.narrow(axis, 0, 399), kept.narrow(axis, 1, 399)
+        left, right = factors.narrow(axis, 0, 399), factors.narrow(axis, 1, 399)
         both = ((left == 0) & (right == 0)).double().mean().item()
         assert abs(both - share**2) < 5 * np.sqrt(share**2 / left.numel())
 
@@ -157,12 +157,12 @@ def test_dropout_leaves_out_its_share_and_keeps_the_mean():
 @presets
 def test_dropout_is_of_training_and_of_the_seed(preset):
     encoder = Encoder(S23, replace(preset, dropout=0.2))
-    seen = motion(S23)
+    inputs = motion(S23)
 
     def passed(seed: int) -> tuple[Tensor, Tensor]:
         torch.manual_seed(seed)
         encoder.zero_grad()
-        code = encoder(seen)
+        code = encoder(inputs)
         code.square().sum().backward()
         return code.detach(), encoder.embedding[0].weight.grad.clone()
 

@@ -16,10 +16,10 @@ SETTINGS = {"people": Pan(variant="released").settings, "legs": Pan("released", 
 
 
 def table(parts: tuple[tuple[int, ...], ...], columns: int) -> np.ndarray:
-    found = np.zeros((len(parts), columns))
-    for row, part in zip(found, parts, strict=True):
+    matrix = np.zeros((len(parts), columns))
+    for row, part in zip(matrix, parts, strict=True):
         row[list(part)] = 1.0
-    return found
+    return matrix
 
 
 def listed(padded: np.ndarray) -> list[list[int]]:
@@ -49,11 +49,11 @@ def test_parts_read_and_write_what_theirs_do(people: Case, name: str):
     """Of the encoder of skeletons' columns, that of the root has no length, and ours no weights."""
     arrays, layout = people.every[name].arrays, layout_of(people, name)
     design, slots = SETTINGS["people"].design, layout.edges + 1
-    found = table(convolved_parts(layout, design), slots)
-    np.testing.assert_array_equal(found, arrays["mask/part_by_slot_convolutions"])
+    actual = table(convolved_parts(layout, design), slots)
+    np.testing.assert_array_equal(actual, arrays["mask/part_by_slot_convolutions"])
     bones = tuple(tuple(edge + 1 for edge in part) for part in seen_bones(layout, design))
-    theirs = arrays["mask/part_by_column_skeleton_encoder"]
-    np.testing.assert_array_equal(table(bones, slots)[:, 1:], theirs[:, 1:])
+    reference = arrays["mask/part_by_column_skeleton_encoder"]
+    np.testing.assert_array_equal(table(bones, slots)[:, 1:], reference[:, 1:])
     assert not arrays["structure/offsets"][:, 0].any()
 
 
@@ -61,12 +61,12 @@ def test_parts_read_and_write_what_theirs_do(people: Case, name: str):
 def test_parts_of_people_and_dogs_read_and_write_what_theirs_do(legs: Case, name: str):
     arrays, layout = legs.every[name].arrays, layout_of(legs, name)
     design = SETTINGS["legs"].design
-    found = table(convolved_parts(layout, design), layout.edges + 1)
-    np.testing.assert_array_equal(found, arrays["mask/part_by_slot_convolutions"])
+    actual = table(convolved_parts(layout, design), layout.edges + 1)
+    np.testing.assert_array_equal(actual, arrays["mask/part_by_slot_convolutions"])
     assert convolved_parts(layout, design) == body_parts(layout, design)
     bones = tuple(tuple(joint - 1 for joint in part) for part in seen_bones(layout, design))
-    theirs = arrays["mask/part_by_offset_skeleton_encoder"]
-    np.testing.assert_array_equal(table(bones, layout.edges - 1), theirs)
+    reference = arrays["mask/part_by_offset_skeleton_encoder"]
+    np.testing.assert_array_equal(table(bones, layout.edges - 1), reference)
     joints = legs.module._objective._tensors["joints", pan_oracle._key(legs.module, name)].tolist()
     inner = [joint for joint in joints if joint < layout.edges]
     assert sorted(inner) == sorted(arrays["structure/scored_joints"].tolist())
@@ -84,36 +84,36 @@ def test_both_forms_of_their_mask_of_attention_are_one(
 
 def test_weights_between_people_are_theirs(people: Case):
     """Positions and the root count inside the reconstruction, and positions inside the cycle."""
-    theirs, ours = below(people.step, "weight/"), SETTINGS["people"].weights
-    rec, cycle = theirs["lambda_rec"], theirs["lambda_cycle"]
-    found = {
-        "rec_quaternion": ours.edges / rec,
-        "rec_global": ours.root / rec,
-        "rec_position": ours.kinematic / rec,
+    reference, weights = below(people.step, "weight/"), SETTINGS["people"].weights
+    rec, cycle = reference["lambda_rec"], reference["lambda_cycle"]
+    actual = {
+        "rec_quaternion": weights.edges / rec,
+        "rec_global": weights.root / rec,
+        "rec_position": weights.kinematic / rec,
         "lambda_rec": 1.0,
-        "lambda_cycle": ours.cycle,
-        "ee": ours.ends,
-        "gan": ours.adversarial,
+        "lambda_cycle": weights.cycle,
+        "ee": weights.ends,
+        "gan": weights.adversarial,
         "ee_at_rest": losses.RESTING,
         "ee_rest_threshold": losses.NEAR,
     }
-    assert found == {name: pytest.approx(float(each), rel=1e-6) for name, each in theirs.items()}
-    assert ours.again_positions == pytest.approx(float(cycle))
+    assert actual == {name: pytest.approx(float(each), rel=1e-6) for name, each in reference.items()}
+    assert weights.again_positions == pytest.approx(float(cycle))
 
 
 def test_weights_between_legs_are_theirs(legs: Case):
-    theirs, ours = below(legs.step, "weight/"), SETTINGS["legs"].weights
-    found = {
-        "rec_quaternion": ours.edges,
-        "rec_global": ours.moves,
-        "rec_position": ours.kinematic,
+    reference, weights = below(legs.step, "weight/"), SETTINGS["legs"].weights
+    actual = {
+        "rec_quaternion": weights.edges,
+        "rec_global": weights.moves,
+        "rec_position": weights.kinematic,
         "lambda_rec": 1.0,
-        "lambda_cycle": ours.cycle,
-        "lambda_retar_vel": ours.velocity,
-        "gan": ours.adversarial,
+        "lambda_cycle": weights.cycle,
+        "lambda_retar_vel": weights.velocity,
+        "gan": weights.adversarial,
     }
-    assert found == {name: pytest.approx(float(each), rel=1e-6) for name, each in theirs.items()}
-    assert ours.again_positions == pytest.approx(float(theirs["lambda_cycle"]))
+    assert actual == {name: pytest.approx(float(each), rel=1e-6) for name, each in reference.items()}
+    assert weights.again_positions == pytest.approx(float(reference["lambda_cycle"]))
 
 
 def terms(case: Case, *names: str) -> list[float]:
@@ -130,9 +130,9 @@ def test_sums_between_people_are_theirs(people: Case):
         "ee_loss": ("ends",),
         "loss_G": ("adversarial",),
     }
-    for name, ours in sums.items():
+    for name, own_terms in sums.items():
         weight = 50.0 if name == "ee_loss" else 1.0
-        assert sum(terms(people, *ours)) / weight == close(float(expected[name]), rel=1e-5), name
+        assert sum(terms(people, *own_terms)) / weight == close(float(expected[name]), rel=1e-5), name
     cycle = sum(terms(people, "latent")) + sum(terms(people, "again_places"))
     assert cycle / 2.5 == close(float(expected["cycle_loss"]), rel=1e-5)
     each = [float(people.step[f"loss/D_loss_{number}"]) for number in (0, 1)]

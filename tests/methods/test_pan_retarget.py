@@ -83,9 +83,9 @@ def test_statistics_of_the_target_are_privileged_and_change_the_answer():
     tensors = pan_material.trained(statistics="character").tensors
     plain, leaking = plain.using(tensors), leaking.using(tensors)
     source, motions = dance(BODIES["one"], 20), [dance(BODIES["legs"], 50)]
-    seen = carried(leaking, source, BODIES["legs"], target_motions=motions)
+    leaked = carried(leaking, source, BODIES["legs"], target_motions=motions)
     other = carried(leaking, source, BODIES["legs"], target_motions=[m.at(slice(0, 9)) for m in motions])
-    assert apart(seen, other) > 1e-3
+    assert apart(leaked, other) > 1e-3
     alone = carried(plain, source, BODIES["legs"], target_motions=motions)
     assert apart(alone, carried(plain, source, BODIES["legs"])) == 0.0
     with pytest.raises(NotSupported, match="no motion of legs to take statistics of"):

@@ -24,21 +24,21 @@ VARIANTS = {"own": SMALL, "released": {**SMALL, **plugin.card.published[0]}}
 
 def moving(variant: str, rows: int = 6):
     """A training module whose answers turn, without dropout, and a batch of rows of unequal length."""
-    made = training_module(plugin(**VARIANTS[variant]), window=30)
-    made.modules.eval()
-    for each in made.modules["generator"].parameters():
+    module = training_module(plugin(**VARIANTS[variant]), window=30)
+    module.modules.eval()
+    for each in module.modules["generator"].parameters():
         each.data += 0.1 * torch.randn_like(each)
-    for each in made.modules["discriminator"].values():
+    for each in module.modules["discriminator"].values():
         each.dropout = 0.0
-    drawn = (batch(made, rows, step) for step in range(50))
-    return made, next(now for now in drawn if 0 < int(now["groups"][0]["same"].sum()) < rows)
+    drawn = (batch(module, rows, step) for step in range(50))
+    return module, next(now for now in drawn if 0 < int(now["groups"][0]["same"].sum()) < rows)
 
 
 # ------------------------------------------------------------------------------------------ the networks
 def test_the_networks_have_the_parameters_of_record():
-    made = training_module(plugin())
+    module = training_module(plugin())
     counts = [
-        sum(each.numel() for each in made.modules[name].parameters())
+        sum(each.numel() for each in module.modules[name].parameters())
         for name in ("generator", "discriminator")
     ]
     assert counts == [918_244, 27_569]
@@ -65,18 +65,18 @@ def test_a_fifth_of_hidden_numbers_is_dropped_while_it_learns():
     """As released: behind three layers of the encoder, and of the target's numbers."""
     assert DROP == 0.2
     torch.manual_seed(0)
-    made = Generator(22).train()
+    generator = Generator(22).train()
     shares: list[float] = []
 
-    def seen(module, given):
-        shares.append(float((given[0] == 0).float().mean()))
+    def record_share(module, inputs):
+        shares.append(float((inputs[0] == 0).float().mean()))
 
     with torch.no_grad():
-        for layer in made.encoder:
+        for layer in generator.encoder:
             layer.weight.fill_(0.01)
             layer.bias.fill_(1.0)
-            layer.register_forward_pre_hook(seen)
-        made.encode(torch.ones(50, 4, 66))
+            layer.register_forward_pre_hook(record_share)
+        generator.encode(torch.ones(50, 4, 66))
     assert shares[0] == 0.0
     assert shares[1:] == [pytest.approx(0.2, abs=0.01)] * 3
 
@@ -106,9 +106,9 @@ def test_movements_are_two_convolutions_of_three_frames():
     rows = torch.zeros(9, 2, 4)
     rows[:7, 0] = torch.from_numpy(moves)
     rows[7:] = 1e3
-    found = generator.moved(rows, time_first_mask(torch.tensor([7, 9]), 9))[:, 0].detach().numpy()
-    np.testing.assert_allclose(found[:7], expected, atol=1e-5)
-    assert not found[7:].any()
+    moved = generator.moved(rows, time_first_mask(torch.tensor([7, 9]), 9))[:, 0].detach().numpy()
+    np.testing.assert_allclose(moved[:7], expected, atol=1e-5)
+    assert not moved[7:].any()
 
 
 def test_joints_of_knees_feet_and_arms_weigh_twice():
@@ -122,8 +122,8 @@ def test_joints_of_knees_feet_and_arms_weigh_twice():
 class Plain:
     """A batch carried over by the networks' layers and by kinematics in NumPy: one row at a time."""
 
-    def __init__(self, made, group) -> None:
-        self.network, self.group = made.modules["generator"]["body22"], group
+    def __init__(self, module, group) -> None:
+        self.network, self.group = module.modules["generator"]["body22"], group
         scale = self.network.scale
         self.mean, self.deviation = (
             np.concatenate(
@@ -137,8 +137,8 @@ class Plain:
 
     def row(self, row: int, length: int) -> dict[str, np.ndarray]:
         poses = self.group["poses"][row, :length].double().numpy()
-        seen = (poses - self.mean) / self.deviation
-        features = self.encoded(seen[:, :66])
+        normalised = (poses - self.mean) / self.deviation
+        features = self.encoded(normalised[:, :66])
         solved = self.turned(self.layer("turns", features))
         heights = [
             float(self.group[key][row]) if key in self.group else 0.0
@@ -148,21 +148,21 @@ class Plain:
         sizes = [float(self.group[key][row]) for key in ("sizes", "target_sizes")]
         rest = bones[1].copy()
         rest[0, 1] = heights[1]
-        told = (rest.reshape(-1) - self.mean[:66]) / self.deviation[:66]
-        told = 1.0 / (1.0 + np.exp(-self.layer("reference", told)))
-        told = np.tile(told, (length, 1))
-        change = self.turned(self.layer("mapping", np.concatenate([features, told], -1)))
+        reference = (rest.reshape(-1) - self.mean[:66]) / self.deviation[:66]
+        reference = 1.0 / (1.0 + np.exp(-self.layer("reference", reference)))
+        reference = np.tile(reference, (length, 1))
+        change = self.turned(self.layer("mapping", np.concatenate([features, reference], -1)))
         answers = [[a * b for a, b in zip(*both, strict=True)] for both in zip(solved, change, strict=True)]
         here = [self.kinematics(turns, bones[0], heights[0]) for turns in solved]
         there = [self.kinematics(turns, bones[1], heights[1]) for turns in answers]
         here, there = ((np.array(x) - self.mean[:66]) / self.deviation[:66] for x in (here, there))
-        walked = seen[:, 66:] / np.array([*[sizes[0]] * 3, 1.0])
+        walked = normalised[:, 66:] / np.array([*[sizes[0]] * 3, 1.0])
         with torch.no_grad():
-            given = torch.from_numpy(walked).float()[:, None]
-            walks = self.network.moved(given, torch.ones(length, 1))[:, 0].double().numpy()
+            inputs = torch.from_numpy(walked).float()[:, None]
+            walks = self.network.moved(inputs, torch.ones(length, 1))[:, 0].double().numpy()
         moved = walks * np.array([*[sizes[1]] * 3, 1.0])
         return {
-            "seen": seen, "features": features, "solved": solved, "answers": answers, "here": here,
+            "seen": normalised, "features": features, "solved": solved, "answers": answers, "here": here,
             "there": there, "walked": walked, "walks": walks, "sizes": sizes,
             "given": np.concatenate([there, moved], -1),
         }  # fmt: skip
@@ -193,26 +193,26 @@ class Plain:
         if variant == "own":
             poses = poses * self.deviation + self.mean
             size *= 100.0
-        place, yaw, found = np.zeros(3), 0.0, []
+        place, yaw, places = np.zeros(3), 0.0, []
         for frame, pose in enumerate(poses):
             if variant == "own" and frame:
                 yaw += pose[69]
                 place = place + Rotation.from_euler("Y", yaw).apply(pose[66:69])
             middle = Rotation.from_euler("Y", yaw).apply(pose[:66].reshape(22, 3).mean(0))
-            found.append((middle + place) / size)
+            places.append((middle + place) / size)
             if variant == "released":
                 yaw += pose[69]
                 place = place + Rotation.from_euler("Y", yaw).apply(pose[66:69])
-        return np.array(found)
+        return np.array(places)
 
-    def judged(self, made, which: str, variant: str) -> np.ndarray:
+    def judged(self, module, which: str, variant: str) -> np.ndarray:
         size = 0 if which == "seen" else 1
         paths = [self.trajectory(row[which], row["sizes"][size], variant) for row in self.rows]
         padded = np.zeros((len(paths), max(map(len, paths)), 3))
         for row, path in enumerate(paths):
             padded[row, : len(path)] = path
         with torch.no_grad():
-            logits = made.modules["discriminator"]["body22"](
+            logits = module.modules["discriminator"]["body22"](
                 torch.from_numpy(padded).float(), torch.zeros(len(paths), 0), self.group["lengths"]
             )
         return logits.double().numpy()
@@ -225,10 +225,10 @@ def twisted(turns: list[Rotation]) -> float:
 
 @pytest.mark.parametrize("variant", ["own", "released"])
 def test_every_term_is_its_formula(variant):
-    made, now = moving(variant)
-    (group,), given = now["groups"], {}
-    terms = {name: each.item() for name, each in made.losses("generator", now, given).items()}
-    plain = Plain(made, group)
+    module, now = moving(variant)
+    (group,), memory = now["groups"], {}
+    terms = {name: each.item() for name, each in module.losses("generator", now, memory).items()}
+    plain = Plain(module, group)
     emphasis = np.ones(22)
     emphasis[[7, 8, 11, 12, 15, 16, 19, 20]] = 2.0
 
@@ -236,17 +236,17 @@ def test_every_term_is_its_formula(variant):
         squares = (row[key] - row["seen"][:, :66]).reshape(-1, 22, 3) ** 2
         return float((squares.sum(-1) @ emphasis).sum())
 
-    kept = [row for row, same in zip(plain.rows, plain.same, strict=True) if same]
+    own_rows = [row for row, same in zip(plain.rows, plain.same, strict=True) if same]
     others = [row for row, same in zip(plain.rows, plain.same, strict=True) if not same]
-    own = sum(len(row["seen"]) for row in kept)
+    own = sum(len(row["seen"]) for row in own_rows)
     twists = sum(
         twisted(turns) for row in plain.rows for key in ("solved", "answers") for turns in row[key]
     )
-    logits = plain.judged(made, "given", variant)
+    logits = plain.judged(module, "given", variant)
     expected = {
         "places": sum(places(row, "here") for row in plain.rows) / plain.frames,
-        "same_places": sum(places(row, "there") for row in kept) / own,
-        "same_moves": sum(float(((row["walks"] - row["walked"]) ** 2).sum()) for row in kept) / own,
+        "same_places": sum(places(row, "there") for row in own_rows) / own,
+        "same_moves": sum(float(((row["walks"] - row["walked"]) ** 2).sum()) for row in own_rows) / own,
         "twist": 10.0 * twists / plain.frames,
         "features": 20.0
         * sum(float(((row["features"] - plain.encoded(row["there"])) ** 2).sum()) for row in others)
@@ -255,8 +255,8 @@ def test_every_term_is_its_formula(variant):
     }
     assert min(expected.values()) > 0.0
     assert terms == pytest.approx(expected, rel=1e-3)
-    loss = made.losses("discriminator", now, given)["cross_entropy"].item()
-    real = plain.judged(made, "seen", variant)
+    loss = module.losses("discriminator", now, memory)["cross_entropy"].item()
+    real = plain.judged(module, "seen", variant)
     assert loss == pytest.approx(np.log1p(np.exp(-real)).mean() + np.log1p(np.exp(logits)).mean(), rel=1e-3)
 
 
@@ -275,8 +275,8 @@ def test_presets_are_the_papers_and_smaller_ones():
 def test_movements_that_are_kept_are_scaled_by_heights_alone(variant):
     """With the identity for its movement network, lengths in the world's unit and no mean, an answer goes
     as far as the source does, times the ratio of heights along the bones."""
-    made = training_module(plugin(**{**VARIANTS[variant], "lengths": "world"}))
-    network = made.modules["generator"]["body22"]
+    module = training_module(plugin(**{**VARIANTS[variant], "lengths": "world"}))
+    network = module.modules["generator"]["body22"]
     network.scale.moves_mean.zero_()
     first, second = network.movement
     for layer in (first, second):
@@ -285,5 +285,5 @@ def test_movements_that_are_kept_are_scaled_by_heights_alone(variant):
         first.weight.data[2 * k, k, 1], first.weight.data[2 * k + 1, k, 1] = 1.0, -1.0
         second.weight.data[k, 2 * k, 1], second.weight.data[k, 2 * k + 1, 1] = 1 / 1.2, -1 / 1.2
     source, target = dance(CAST["one"], 30), CAST["small"]
-    answer = carried(replace(made.method(), path="integrated").using(made.export()), source, target)
+    answer = carried(replace(module.method(), path="integrated").using(module.export()), source, target)
     np.testing.assert_allclose(np.diff(answer.root, axis=0), 0.6 * np.diff(source.root, axis=0), atol=1e-5)

@@ -56,22 +56,22 @@ def test_the_very_pose_is_found_in_whatever_direction() -> None:
     album = _Album.of(cast(ONE, 1, 2), ONE, 40)
     for pose, step in ((3, 0), (17, 9), (31, 30)):
         vertices = turned(album.vertices[pose], 2.0 * np.pi * step / _TURNS)
-        found = album.nearest(vertices + np.array([2.0, 0.5, 1.0]), 8)
-        np.testing.assert_allclose(found, vertices, atol=1e-6)
+        nearest = album.nearest(vertices + np.array([2.0, 0.5, 1.0]), 8)
+        np.testing.assert_allclose(nearest, vertices, atol=1e-6)
 
 
 def test_descriptions_are_compared_as_if_every_turn_were_described() -> None:
     album = _Album.of(cast(ONE, 1), ONE, 20)
-    asked = album.vertices[4] + np.random.default_rng(2).normal(size=album.vertices[4].shape) * 0.02
-    even = np.full(len(asked), 1.0 / len(asked))
+    noisy = album.vertices[4] + np.random.default_rng(2).normal(size=album.vertices[4].shape) * 0.02
+    even = np.full(len(noisy), 1.0 / len(noisy))
     each = [
-        ((_described(asked - _middle(asked, even), album.stature) - np.roll(one, k, axis=1)) ** 2).sum()
+        ((_described(noisy - _middle(noisy, even), album.stature) - np.roll(one, k, axis=1)) ** 2).sum()
         for one in album.described
         for k in range(_TURNS)
     ]
     pose, step = divmod(int(np.argmin(each)), _TURNS)
     best = turned(album.vertices[pose], 2.0 * np.pi * step / _TURNS)
-    np.testing.assert_allclose(album.nearest(asked, 1), best, atol=1e-6)
+    np.testing.assert_allclose(album.nearest(noisy, 1), best, atol=1e-6)
 
 
 def test_training_motion_of_that_body_is_found_again_from_its_points() -> None:

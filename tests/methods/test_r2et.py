@@ -29,10 +29,10 @@ def module():
 
 @pytest.fixture(scope="module")
 def method():
-    made = r2et_material.training_module()
+    training = r2et_material.training_module()
     with torch.no_grad():  # changes that differ from frame to frame, as trained ones do
-        made.network.change.weight.mul_(10.0)
-    return made.method()
+        training.network.change.weight.mul_(10.0)
+    return training.method()
 
 
 # ------------------------------------------------------------------------------------------- features
@@ -55,20 +55,20 @@ def test_the_direction_is_scipys_average():
     across = across + places[:, at("left_shoulder")] - places[:, at("right_shoulder")]
     across /= np.linalg.norm(across, axis=-1, keepdims=True)
     forward = gaussian_filter1d(np.cross(across, [0, 1, 0]), 6.0, axis=0, mode="nearest")
-    found = features.direction(motion, 6.0)
-    np.testing.assert_allclose(np.tan(np.angle(found)), forward[:, 0] / forward[:, 2], atol=1e-9)
+    direction = features.direction(motion, 6.0)
+    np.testing.assert_allclose(np.tan(np.angle(direction)), forward[:, 0] / forward[:, 2], atol=1e-9)
 
 
 def test_seen_positions_are_where_seen_rotations_lead():
     motion = dance(BODIES["tall"])
-    seen = R2ET().prepare(motion)
+    prepared = R2ET().prepare(motion)
     facing = features.direction(motion, 20.0)[:, None]
     hips = motion.positions[:, motion.character.joint_of["hips"]]
     places = motion.positions[:, list(Body22(motion.character).joints)] - hips[:, None]
     level = (places[..., 2] + 1j * places[..., 0]) * facing.conj()
     expected = np.stack([level.imag, places[..., 1] + motion.character.measures.hip_height, level.real], -1)
-    np.testing.assert_allclose(seen["positions"], 100 * expected, atol=2e-4)
-    assert seen["rotations"][..., 0].min() >= 0
+    np.testing.assert_allclose(prepared["positions"], 100 * expected, atol=2e-4)
+    assert prepared["rotations"][..., 0].min() >= 0
 
 
 def test_sizes_of_a_body():
@@ -86,10 +86,10 @@ def test_sizes_of_a_body():
 def test_the_path_begins_on_the_floor_and_is_scaled(kind):
     source, target = BODIES["one"], BODIES["legs"]
     hips = np.array([[0.2, 0.9, -0.4], [0.3, 1.0, 0.1]])
-    found = features.path(hips, source, target, kind)
-    assert found[0, 1] == pytest.approx(0.9 * target.measures.hip_height / source.measures.hip_height)
+    moved = features.path(hips, source, target, kind)
+    assert moved[0, 1] == pytest.approx(0.9 * target.measures.hip_height / source.measures.hip_height)
     ratio = features.size(target, kind) / features.size(source, kind)
-    np.testing.assert_allclose(np.diff(found, axis=0), ratio * np.diff(hips, axis=0))
+    np.testing.assert_allclose(np.diff(moved, axis=0), ratio * np.diff(hips, axis=0))
 
 
 # ------------------------------------------------------------------------------------------- networks
@@ -125,8 +125,8 @@ def test_changes_are_as_written_down():
     angle = number / 10_000.0 ** (2 * (channel // 2) / 512)
     order = torch.from_numpy(np.where(channel % 2, np.cos(angle), np.sin(angle))).float()
     raw = network.change(network.join(joined * 512**0.5 + order).relu())
-    found = raw * deviation.view(22, 4) + mean.view(22, 4)
-    expected = found / found.norm(dim=-1, keepdim=True)
+    restored = raw * deviation.view(22, 4) + mean.view(22, 4)
+    expected = restored / restored.norm(dim=-1, keepdim=True)
     torch.testing.assert_close(network(rotations, *codes), expected, atol=1e-5, rtol=1e-5)
     assert (network.change(network.join(joined * 512**0.5).relu()) - raw).abs().max() > 1e-2
 
@@ -154,12 +154,12 @@ def test_joints_in_one_place_have_gradients():
 
 
 def test_a_loss_is_a_sum_over_a_frame_and_a_mean_over_real_frames():
-    found, expected = torch.zeros(2, 3, 22, 3), torch.zeros(2, 3, 22, 3)
-    found[0, 0, BODY22.index("left_leg"), 1] = 2.0
-    found[0, 1, BODY22.index("head"), 2] = 3.0
-    found[1, 2] = torch.nan
+    answer, expected = torch.zeros(2, 3, 22, 3), torch.zeros(2, 3, 22, 3)
+    answer[0, 0, BODY22.index("left_leg"), 1] = 2.0
+    answer[0, 1, BODY22.index("head"), 2] = 3.0
+    answer[1, 2] = torch.nan
     real = torch.tensor([[True, True, False], [True, True, False]])
-    assert losses.positions(found, expected, losses.joint_weights(), real) == (2 * 4.0 + 9.0) / 4
+    assert losses.positions(answer, expected, losses.joint_weights(), real) == (2 * 4.0 + 9.0) / 4
     turned = torch.zeros(1, 1, 22, 4)
     turned[..., 0] = 1.0
     assert losses.rotations(turned, -turned, torch.ones(1, 1, dtype=torch.bool)) == 0
@@ -168,23 +168,23 @@ def test_a_loss_is_a_sum_over_a_frame_and_a_mean_over_real_frames():
 def test_every_term_is_its_formula(module):
     """In NumPy, from the answers; twists of all joints but the hips."""
     module.modules.eval()
-    seen, memory = training_material.batch(module, 8), {}
-    turned = rotation.normalise(np.random.default_rng(3).normal(size=seen["rotations"].shape))
-    seen["rotations"] = torch.from_numpy(turned).float()
-    terms = {name: float(term.detach()) for name, term in module.losses("network", seen, memory).items()}
+    batch, memory = training_material.batch(module, 8), {}
+    turned = rotation.normalise(np.random.default_rng(3).normal(size=batch["rotations"].shape))
+    batch["rotations"] = torch.from_numpy(turned).float()
+    terms = {name: float(term.detach()) for name, term in module.losses("network", batch, memory).items()}
     with torch.no_grad():
-        found, places = (each.double().numpy() for each in module._answered(seen))
+        answered, places = (each.double().numpy() for each in module._answered(batch))
     module.modules.train()
-    real = np.arange(30) < seen["lengths"].numpy()[:, None]
-    own = real & seen["same"].numpy()[:, None]
+    real = np.arange(30) < batch["lengths"].numpy()[:, None]
+    own = real & batch["same"].numpy()[:, None]
     deviation = module.network.scale.get_buffer("positions_deviation").numpy()
-    truth = seen["positions"].double().numpy()
+    truth = batch["positions"].double().numpy()
     apart = ((places - truth) / deviation.reshape(22, 3)) ** 2
     twice = [f"{side}_{part}" for side in ("left", "right") for part in ("leg", "foot", "arm", "forearm")]
     weights = np.array([1.0 + (role in twice) for role in BODY22])
-    signed = np.where((found * turned).sum(-1, keepdims=True) < 0, -turned, turned)
-    angles = Rotation.from_quat(np.roll(found, -1, -1).reshape(-1, 4)).as_euler("YZX")[:, 0]
-    beyond = np.maximum(np.abs(angles.reshape(found.shape[:-1])) - np.radians(100.0), 0.0)[..., 1:]
+    signed = np.where((answered * turned).sum(-1, keepdims=True) < 0, -turned, turned)
+    angles = Rotation.from_quat(np.roll(answered, -1, -1).reshape(-1, 4)).as_euler("YZX")[:, 0]
+    beyond = np.maximum(np.abs(angles.reshape(answered.shape[:-1])) - np.radians(100.0), 0.0)[..., 1:]
 
     def matrix(points):
         points = np.where(real[..., None, None], points, np.arange(66.0).reshape(22, 3))
@@ -196,7 +196,7 @@ def test_every_term_is_its_formula(module):
 
     expected = {
         "positions": of_frames(apart * weights[:, None], own),
-        "rotations": of_frames((found - signed) ** 2, own),
+        "rotations": of_frames((answered - signed) ** 2, own),
         "twist": 10.0 * ((beyond**2).mean(-1) * real).sum() / real.sum(),
         "semantics": 100.0 * of_frames((matrix(places) - matrix(truth)) ** 2, real),
         "adversarial": 2.0 * float(np.log1p(np.exp(-memory["shown"][3].detach().numpy())).mean()),
@@ -212,18 +212,18 @@ def test_half_of_the_rows_go_to_their_own_body(module):
 
 
 def test_a_batch_is_windows_and_bodies(module):
-    seen = training_material.batch(module, 40)
+    batch = training_material.batch(module, 40)
     for row in range(0, 40, 7):
         skeleton = replace(
-            Body22(BODIES["one"]).skeleton, offsets=seen["source"]["offsets"][row].double().numpy()
+            Body22(BODIES["one"]).skeleton, offsets=batch["source"]["offsets"][row].double().numpy()
         )
         hips = np.repeat(skeleton.offsets[:1], 30, axis=0)
-        places, _ = kinematics.forward(skeleton, seen["rotations"][row].double().numpy(), hips)
-        real = int(seen["lengths"][row])
-        np.testing.assert_allclose(seen["positions"][row][:real], places[:real], atol=1e-3)
-        assert not seen["path"][row, 0].any()
-    same = seen["source"]["offsets"].eq(seen["target"]["offsets"]).all(-1).all(-1)
-    assert torch.equal(same, seen["same"])
+        places, _ = kinematics.forward(skeleton, batch["rotations"][row].double().numpy(), hips)
+        real = int(batch["lengths"][row])
+        np.testing.assert_allclose(batch["positions"][row][:real], places[:real], atol=1e-3)
+        assert not batch["path"][row, 0].any()
+    same = batch["source"]["offsets"].eq(batch["target"]["offsets"]).all(-1).all(-1)
+    assert torch.equal(same, batch["same"])
     assert 8 < int(same.sum()) < 32
 
 
@@ -237,12 +237,12 @@ def test_chunks_change_nothing(method, chunk):
 
 def test_a_turned_source_gives_a_turned_answer(method):
     source = dance(BODIES["one"], 30)
-    whole = about("Y", np.array([130.0]))[0]
+    turn = about("Y", np.array([130.0]))[0]
     turned = source.rotations.copy()
-    turned[:, 0] = rotation.multiply(whole, turned[:, 0])
-    other = source.character.motion(turned, rotation.rotate(whole, source.root), 30.0)
+    turned[:, 0] = rotation.multiply(turn, turned[:, 0])
+    other = source.character.motion(turned, rotation.rotate(turn, source.root), 30.0)
     one, two = (carried(method, each, BODIES["tall"]) for each in (source, other))
-    np.testing.assert_allclose(two.positions, rotation.rotate(whole, one.positions), atol=2e-5)
+    np.testing.assert_allclose(two.positions, rotation.rotate(turn, one.positions), atol=2e-5)
 
 
 def test_no_change_is_a_copy(method):

@@ -30,14 +30,14 @@ def trained(
     """What steps as the loop does them measure, the learner, and its optimisers."""
     module = learner()
     config = TrainingConfig(steps=STEPS, batch=4, window=16, rate=1e-3, precision=precision)
-    phases, found = optimiser_phases(module, config, torch.device("cpu")), []
+    phases, history = optimiser_phases(module, config, torch.device("cpu")), []
     for step in range(STEPS):
         torch.manual_seed(step)
         batch, memory, measured = training_material.batch(module, 4, step), {}, {}
         for phase in phases:
             measured |= phase(batch, memory, config.rate)
-        found.append({name: float(value) for name, value in measured.items()})
-    return found, module, phases
+        history.append({name: float(value) for name, value in measured.items()})
+    return history, module, phases
 
 
 @pytest.mark.parametrize("name", LEARNERS)
@@ -53,6 +53,6 @@ def test_losses_are_nearly_those_of_single_precision(name):
             [other[each] for each in terms], [one[each] for each in terms], rtol=0.03, atol=1e-6
         )
         assert np.isfinite(list(other.values())).all()
-    kept = [*module.modules.state_dict().values(), *module.export().values()]
-    kept += [value for phase in phases for value in phase.state().values()]
-    assert {each.dtype for each in kept if each.is_floating_point()} == {torch.float32}
+    tensors = [*module.modules.state_dict().values(), *module.export().values()]
+    tensors += [value for phase in phases for value in phase.state().values()]
+    assert {each.dtype for each in tensors if each.is_floating_point()} == {torch.float32}

@@ -38,21 +38,21 @@ class Lossy:
         return None
 
     def retarget(self, source, target, *, context):
-        found = transfer.carry(source, target, "hip_height")
-        turned = transfer.relative(found)
+        carried = transfer.carry(source, target, "hip_height")
+        turned = transfer.relative(carried)
         for joint, role in enumerate(target.roles):
             seed = sum(map(ord, "spine" if role is None or role.startswith("spine") else role))
-            walk = np.random.default_rng(seed).normal(0.0, 2.0, (found.frames, 3)).cumsum(0)
+            walk = np.random.default_rng(seed).normal(0.0, 2.0, (carried.frames, 3)).cumsum(0)
             lost = rotation.from_rotation_vector(np.radians(walk))
             turned[:, joint] = rotation.multiply(turned[:, joint], lost)
         if target is not source.character:
             elbow = target.joint_of["left_forearm"]
-            bend = about("Y", np.broadcast_to(self.changes, found.frames))
+            bend = about("Y", np.broadcast_to(self.changes, carried.frames))
             for joint in (elbow, target.joint_of["left_hand"]):
                 turned[:, joint] = rotation.multiply(turned[:, joint], bend)
         local = transfer.from_relative(target, turned)
-        shift = np.random.default_rng(3).normal(0.0, 0.01, (found.frames, 3)).cumsum(0)
-        hips = transfer.hips(found) + target.measures.hip_height * shift
+        shift = np.random.default_rng(3).normal(0.0, 0.01, (carried.frames, 3)).cumsum(0)
+        hips = transfer.hips(carried) + target.measures.hip_height * shift
         if target is not source.character:
             hips[:, 1] += self.rise
         answer = target.motion(local, transfer.root_from_hips(target, local, hips), source.fps)
@@ -60,9 +60,9 @@ class Lossy:
 
 
 def answered(method, source, target, posts=("residual",)):
-    made = Composed(method, [registry.create("posts", each) for each in posts])
-    assert made.supports(source.character, target) is None
-    return made.retarget(source, target, context=Context())
+    composed = Composed(method, [registry.create("posts", each) for each in posts])
+    assert composed.supports(source.character, target) is None
+    return composed.retarget(source, target, context=Context())
 
 
 def far(one, other, frames=slice(None)):
@@ -157,12 +157,12 @@ def test_nothing_is_averaged_over_a_cut_of_the_source():
         one.fps,
     )
     changes = np.concatenate([np.zeros(40), np.full(40, 40.0)])
-    found, copied = (
+    averaged, copied = (
         answered(Lossy(changes), cut, OTHER),
         transfer.carry(cut, OTHER, "hip_height"),
     )
     hand = OTHER.joint_of["left_hand"]
-    off = np.linalg.norm(found.positions[:, hand] - copied.positions[:, hand], axis=-1)
+    off = np.linalg.norm(averaged.positions[:, hand] - copied.positions[:, hand], axis=-1)
     assert off[:40].max() < 1e-6
     assert np.ptp(off[40:]) < 1e-6
     assert off[40] > 0.1
@@ -262,9 +262,9 @@ def test_pan_reconstructs_a_source_by_the_networks_that_answer_for_the_target():
     method = pan_material.trained()
     assert method.assigned(one)[0] != method.assigned(other)[0]
     source = dance(pan_material.BODIES["one"], 24)
-    (mine,) = method.reconstruct_batch([source], [one], contexts=[Context()])
-    (theirs,) = method.reconstruct_batch([source], [other], contexts=[Context()])
-    assert far(mine, method.retarget(source, one, context=Context())) == 0.0
+    (own,) = method.reconstruct_batch([source], [one], contexts=[Context()])
+    (others,) = method.reconstruct_batch([source], [other], contexts=[Context()])
+    assert far(own, method.retarget(source, one, context=Context())) == 0.0
     answer = method.retarget(source, other, context=Context())
     shared = [role for role in other.roles if role and role in one.joint_of]
     apart = [
@@ -272,7 +272,7 @@ def test_pan_reconstructs_a_source_by_the_networks_that_answer_for_the_target():
             rotation.conjugate(transfer.relative(each)[:, one.joints(shared)]),
             transfer.relative(answer)[:, other.joints(shared)],
         )
-        for each in (mine, theirs)
+        for each in (own, others)
     ]
     sizes = [np.arccos(np.abs(each[..., 0]).clip(max=1.0)).mean() for each in apart]
     assert sizes[1] < 0.2 * sizes[0]
@@ -280,40 +280,40 @@ def test_pan_reconstructs_a_source_by_the_networks_that_answer_for_the_target():
 
 def test_batches_are_what_single_answers_are():
     method = pan_material.trained()
-    made = Composed(method, [registry.create("posts", "residual")])
+    composed = Composed(method, [registry.create("posts", "residual")])
     cases = [
         (dance(pan_material.BODIES[name], frames), pan_material.BODIES[target])
         for name, target, frames in (("one", "legs", 24), ("legs", "one", 20), ("one", "one", 24))
     ]
     sources, targets = zip(*cases, strict=True)
-    together = made.retarget_batch(sources, targets, contexts=[Context()] * 3)
-    for found, source, target in zip(together, sources, targets, strict=True):
-        alone = made.retarget(source, target, context=Context())
-        assert far(found, alone) < 1e-5 * target.height
+    together = composed.retarget_batch(sources, targets, contexts=[Context()] * 3)
+    for answer, source, target in zip(together, sources, targets, strict=True):
+        alone = composed.retarget(source, target, context=Context())
+        assert far(answer, alone) < 1e-5 * target.height
 
 
 # --------------------------------------------------------------------------------- what goes before it
 def test_a_reconstruction_goes_through_what_stands_before():
     """``a+fit+residual``: both answers are fitted."""
-    seen = []
+    calls = []
 
-    class Look:
+    class Recorder:
         card = replace(registry.create("posts", "residual").card, name="look", accepts=("motion",))
 
         def supports(self, source, target):
             return None
 
         def process(self, prediction, source, *, context):
-            seen.append((prediction, context.reconstruction))
+            calls.append((prediction, context.reconstruction))
             return prediction
 
-    class After(Look):
-        card = replace(Look.card, name="after", needs=())
+    class After(Recorder):
+        card = replace(Recorder.card, name="after", needs=())
 
     source = dance(body())
-    posts = [registry.create("posts", "fit"), Look(), After()]
+    posts = [registry.create("posts", "fit"), Recorder(), After()]
     Composed(Lossy(flat=True), posts).retarget(source, OTHER, context=Context())
-    (answer, own), (_, nothing) = seen
+    (answer, own), (_, nothing) = calls
     assert isinstance(answer, Motion)
     assert isinstance(own, Motion)
     assert (answer.character, own.character) == (OTHER, source.character)

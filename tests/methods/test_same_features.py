@@ -35,9 +35,9 @@ def test_features_are_the_authors(real_data, pair) -> None:
     source, target = (
         same_material.standing(real_data / "same_pairs" / name) for name in arrays[f"{pair}/files"]
     )
-    mine = body(source.character)
-    nodes = same_material.order(list(mine.skeleton.names), arrays[f"{pair}/source/names"].tolist())
-    features = see(mine, source)[1:41, nodes]
+    same_body = body(source.character)
+    nodes = same_material.order(list(same_body.skeleton.names), arrays[f"{pair}/source/names"].tolist())
+    features = see(same_body, source)[1:41, nodes]
     scale = [
         np.concatenate([arrays[f"stats/{part}_{kind}"] for part in ("q", "p", "r", "pv", "qv", "pprev")])
         for kind in "ms"
@@ -48,20 +48,22 @@ def test_features_are_the_authors(real_data, pair) -> None:
         np.testing.assert_allclose(features[..., columns], expected[..., columns], atol=2e-4)
     np.testing.assert_allclose(features[:, 0, ROOT], expected[:, 0, ROOT], atol=1e-4)
     for side, character in (("source", source.character), ("target", target.character)):
-        mine = body(character)
-        nodes = same_material.order(list(mine.skeleton.names), arrays[f"{pair}/{side}/names"].tolist())
-        np.testing.assert_allclose(mine.shape[nodes, :3], arrays[f"{pair}/{side}/local_offsets"], atol=1e-4)
+        same_body = body(character)
+        nodes = same_material.order(list(same_body.skeleton.names), arrays[f"{pair}/{side}/names"].tolist())
         np.testing.assert_allclose(
-            mine.shape[nodes, 3:], arrays[f"{pair}/{side}/global_offsets"], atol=1e-4
+            same_body.shape[nodes, :3], arrays[f"{pair}/{side}/local_offsets"], atol=1e-4
+        )
+        np.testing.assert_allclose(
+            same_body.shape[nodes, 3:], arrays[f"{pair}/{side}/global_offsets"], atol=1e-4
         )
 
 
 # -------------------------------------------------------------------------------------------- properties
 def test_where_it_is_and_faces_changes_nothing(motion) -> None:
-    mine = body(motion.character)
-    features, other = see(mine, motion), see(mine, moved(motion, 2.1, (3.0, 0.0, -5.0)))
+    same_body = body(motion.character)
+    features, other = see(same_body, motion), see(same_body, moved(motion, 2.1, (3.0, 0.0, -5.0)))
     np.testing.assert_allclose(features, other, atol=1e-3)
-    higher = see(mine, moved(motion, 0.0, (0.0, 0.5, 0.0)))
+    higher = see(same_body, moved(motion, 0.0, (0.0, 0.5, 0.0)))
     np.testing.assert_allclose(higher[:, 0, ROOT.stop - 1] - features[:, 0, ROOT.stop - 1], 50.0, atol=1e-3)
 
 
@@ -107,12 +109,12 @@ def test_twist_leaves_no_turn_about_the_vertical_axis() -> None:
 
 def test_low_and_slow_nodes_are_in_contact() -> None:
     motion = moved(dance(same_material.BODIES["small"], 300), 0.0, (0.0, -0.05, 0.0))
-    mine = body(motion.character)
-    rotations, hips = mine.aligned.see(motion)
-    places = kinematics.forward(mine.aligned.skeleton, rotations, hips)[0]
+    same_body = body(motion.character)
+    rotations, hips = same_body.aligned.see(motion)
+    places = kinematics.forward(same_body.aligned.skeleton, rotations, hips)[0]
     speed = np.linalg.norm(np.diff(places, axis=0), axis=-1) * 30
     expected = (places[1:, :, 1] < 0.05) & (speed < 0.4)
-    features = see(mine, motion)[1:, : len(mine.aligned.joints), CONTACT.start]
+    features = see(same_body, motion)[1:, : len(same_body.aligned.joints), CONTACT.start]
     assert 0.01 < expected.mean() < 0.5
     np.testing.assert_array_equal(features.astype(bool), expected)
 
@@ -127,14 +129,14 @@ def test_last_joints_have_tips_and_fingers_are_their_ends() -> None:
     fingered = Character.of(
         "fingered", Skeleton(names, np.append(old.parents, [hand, hand]), offsets, old.end_sites)
     )
-    mine = body(fingered)
-    assert not any("Index" in name or "Thumb" in name for name in mine.skeleton.names)
-    tip = mine.skeleton.index("LeftHand tip")
-    np.testing.assert_allclose(mine.skeleton.offsets[tip], [0.08, 0.0, 0.02], atol=1e-6)
-    assert not mine.skeleton.offsets[mine.skeleton.index("Head tip")].any()
-    toe = mine.skeleton.offsets[mine.skeleton.index("LeftToeBase tip")]
+    same_body = body(fingered)
+    assert not any("Index" in name or "Thumb" in name for name in same_body.skeleton.names)
+    tip = same_body.skeleton.index("LeftHand tip")
+    np.testing.assert_allclose(same_body.skeleton.offsets[tip], [0.08, 0.0, 0.02], atol=1e-6)
+    assert not same_body.skeleton.offsets[same_body.skeleton.index("Head tip")].any()
+    toe = same_body.skeleton.offsets[same_body.skeleton.index("LeftToeBase tip")]
     np.testing.assert_allclose(toe, [0.0, 0.0, 0.05], atol=1e-6)
-    assert mine.turning.tolist() == [" tip" not in name for name in mine.skeleton.names]
+    assert same_body.turning.tolist() == [" tip" not in name for name in same_body.skeleton.names]
 
 
 def test_joints_that_are_tips_have_no_other_behind_them() -> None:
@@ -145,11 +147,11 @@ def test_joints_that_are_tips_have_no_other_behind_them() -> None:
     topped = Character.of(
         "topped", Skeleton(names, np.append(plain.parents, head), offsets, plain.end_sites)
     )
-    mine = body(topped)
-    assert "HeadTop_End tip" not in mine.skeleton.names
-    assert "Head tip" not in mine.skeleton.names
-    assert mine.turning[mine.skeleton.index("Head")]
-    assert not mine.turning[mine.skeleton.index("HeadTop_End")]
+    same_body = body(topped)
+    assert "HeadTop_End tip" not in same_body.skeleton.names
+    assert "Head tip" not in same_body.skeleton.names
+    assert same_body.turning[same_body.skeleton.index("Head")]
+    assert not same_body.turning[same_body.skeleton.index("HeadTop_End")]
 
 
 def test_bodies_without_hips_are_refused() -> None:

@@ -39,9 +39,9 @@ def test_it_has_the_parameters_of_the_released_network() -> None:
 @pytest.mark.parametrize("pair", same_material.PAIRS)
 def test_forward_is_the_authors(real_data, tmp_path, pair) -> None:
     arrays = same_material.oracle(real_data)
-    mine = same_material.released(arrays, tmp_path)
+    model = same_material.released(arrays, tmp_path)
     inside: dict[str, torch.Tensor] = {}
-    for kind, layers in (("encoder", mine.encoder), ("decoder", mine.decoder)):
+    for kind, layers in (("encoder", model.encoder), ("decoder", model.decoder)):
         for number, layer in enumerate(layers):
             layer.register_forward_hook(
                 lambda _, __, out, name=f"{kind}_conv{number}": inside.update({name: out})
@@ -49,15 +49,15 @@ def test_forward_is_the_authors(real_data, tmp_path, pair) -> None:
     features = torch.from_numpy(arrays[f"{pair}/source/features"][..., 6:]).transpose(0, 1)
     sides = [Graphs.of([same_material.nodes(arrays, f"{pair}/{side}")]) for side in ("source", "target")]
     with torch.no_grad():
-        codes = mine.encode(mine.scale.restore("pose", features), sides[0])
-        answer = mine.decode(codes, sides[1])
+        codes = model.encode(model.scale.restore("pose", features), sides[0])
+        answer = model.decode(codes, sides[1])
     assert relative(codes[0], arrays[f"{pair}/output/z"]) < 1e-5
     assert relative(answer.root[0], arrays[f"{pair}/output/r"]) < 1e-5
     assert relative(answer.columns.transpose(0, 1), arrays[f"{pair}/output/q6"]) < 1e-5
     assert relative(answer.contact.T[..., None], arrays[f"{pair}/output/c"]) < 1e-5
     assert len(inside) == 8
-    for name, found in inside.items():
-        assert relative(found[:, 0], arrays[f"{pair}/between/{name}"]) < 1e-5, name
+    for name, inner_values in inside.items():
+        assert relative(inner_values[:, 0], arrays[f"{pair}/between/{name}"]) < 1e-5, name
 
 
 # ----------------------------------------------------------------------------------------- plain loops
@@ -67,10 +67,10 @@ def test_attention_is_a_softmax_over_neighbours(heads) -> None:
     layer = GraphAttention(5, 4, heads)
     torch.nn.init.normal_(layer.bias)
     side = graphs("small")
-    given = torch.randn(len(side.row), 2, 5)
+    inputs = torch.randn(len(side.row), 2, 5)
     with torch.no_grad():
-        found = layer(given, side)
-        values = layer.linear(given).unflatten(-1, (heads, 4)).double()
+        actual = layer(inputs, side)
+        values = layer.linear(inputs).unflatten(-1, (heads, 4)).double()
     near: dict[int, list[int]] = {node: [node] for node in range(len(side.row))}
     for node, other in zip(side.receivers.tolist(), side.senders.tolist(), strict=True):
         near[node].append(other)
@@ -85,7 +85,7 @@ def test_attention_is_a_softmax_over_neighbours(heads) -> None:
                 expected = sum(s * values[k, frame, head] for s, k in zip(share, others, strict=True))
                 expected = expected + layer.bias[4 * head : 4 * head + 4]
                 torch.testing.assert_close(
-                    found[node, frame, 4 * head : 4 * head + 4].double(),
+                    actual[node, frame, 4 * head : 4 * head + 4].double(),
                     expected.detach(),
                     atol=1e-5,
                     rtol=1e-5,
@@ -96,17 +96,17 @@ def test_kinematics_are_those_of_skeletons() -> None:
     side = graphs(*NAMES)
     turns = rotation.from_rotation_vector(np.random.default_rng(0).normal(size=(len(side.row), 4, 3)))
     height = np.random.default_rng(1).uniform(50, 100, (len(NAMES), 4))
-    found = places(
+    actual = places(
         side, torch.from_numpy(rotation.to_matrix(turns)).float(), torch.from_numpy(height).float()
     )
     for row, name in enumerate(NAMES):
-        mine = (side.row == row).numpy()
+        own_nodes = (side.row == row).numpy()
         root = np.zeros((4, 3))
         root[:, 1] = height[row] / 100
         expected, _ = kinematics.forward(
-            body(same_material.BODIES[name]).skeleton, turns[mine].swapaxes(0, 1), root
+            body(same_material.BODIES[name]).skeleton, turns[own_nodes].swapaxes(0, 1), root
         )
-        np.testing.assert_allclose(found[mine].numpy().swapaxes(0, 1), 100 * expected, atol=1e-3)
+        np.testing.assert_allclose(actual[own_nodes].numpy().swapaxes(0, 1), 100 * expected, atol=1e-3)
 
 
 def test_two_columns_are_a_rotation() -> None:
@@ -119,40 +119,40 @@ def test_two_columns_are_a_rotation() -> None:
 
 # ------------------------------------------------------------------------------------ rows and frames
 def test_rows_do_not_see_each_other() -> None:
-    mine, together = network(), graphs(*NAMES)
-    given = seen(len(together.row))
+    model, together = network(), graphs(*NAMES)
+    features = seen(len(together.row))
     with torch.no_grad():
-        codes = mine.encode(given, together)
-        answer = mine.decode(codes, together)
+        codes = model.encode(features, together)
+        answer = model.decode(codes, together)
         for row, name in enumerate(NAMES):
             alone, own = graphs(name), together.row == row
-            code = mine.encode(given[own], alone)
+            code = model.encode(features[own], alone)
             torch.testing.assert_close(code[0], codes[row], atol=1e-5, rtol=1e-5)
-            one = mine.decode(code, alone)
+            one = model.decode(code, alone)
             torch.testing.assert_close(one.columns, answer.columns[own], atol=1e-5, rtol=1e-5)
             torch.testing.assert_close(one.root[0], answer.root[row], atol=1e-3, rtol=1e-5)
 
 
 def test_the_order_of_nodes_does_not_matter() -> None:
-    mine, plain = network(), Nodes.of(body(same_material.BODIES["plain"]))
+    model, plain = network(), Nodes.of(body(same_material.BODIES["plain"]))
     order = np.concatenate([[0], 1 + np.random.default_rng(0).permutation(len(plain.parents) - 1)])
     place = np.append(np.argsort(order), -1)
     other = Nodes(place[plain.parents[order]], plain.shape[order], plain.turning[order])
-    given = seen(len(order))
+    features = seen(len(order))
     with torch.no_grad():
-        codes = mine.encode(given, Graphs.of([plain]))
-        again = mine.encode(given[order], Graphs.of([other]))
-        answers = [mine.decode(codes, Graphs.of([each])) for each in (plain, other)]
+        codes = model.encode(features, Graphs.of([plain]))
+        again = model.encode(features[order], Graphs.of([other]))
+        answers = [model.decode(codes, Graphs.of([each])) for each in (plain, other)]
     torch.testing.assert_close(again, codes, atol=1e-5, rtol=1e-5)
     torch.testing.assert_close(answers[1].columns, answers[0].columns[order], atol=1e-5, rtol=1e-5)
 
 
 def test_what_nodes_say_of_the_hips_moves_is_not_read() -> None:
-    mine, side = network(), graphs("plain")
-    given = seen(len(side.row))
-    other = given.clone()
+    model, side = network(), graphs("plain")
+    features = seen(len(side.row))
+    other = features.clone()
     other[1:, :, 9:13] = 7.0
     with torch.no_grad():
-        assert torch.equal(mine.encode(given, side), mine.encode(other, side))
+        assert torch.equal(model.encode(features, side), model.encode(other, side))
         other[0, :, 9:13] = 7.0
-        assert not torch.equal(mine.encode(given, side), mine.encode(other, side))
+        assert not torch.equal(model.encode(features, side), model.encode(other, side))

@@ -22,21 +22,22 @@ def test_a_row_is_one_performance_by_two_bodies() -> None:
     shapes = {name: body(each).shape for name, each in data.characters.items()}
     both = set()
     for seed in range(60):
-        found = []
-        for nodes, seen in module._row(np.random.default_rng(seed)):
+        starts_by_body = []
+        for nodes, features in module._row(np.random.default_rng(seed)):
             (name,) = (n for n, shape in shapes.items() if nodes.shape[0].tolist() == shape[0].tolist())
-            kept = [shapes[name].tolist().index(each.tolist()) for each in nodes.shape]
+            order = [shapes[name].tolist().index(each.tolist()) for each in nodes.shape]
             starts = {
                 (clip.name, start)
                 for clip in data.clips[name]
                 for start in clip.starts(same_material.WINDOW)
                 if np.array_equal(
-                    clip.arrays["nodes"][start : start + same_material.WINDOW, kept].swapaxes(0, 1), seen
+                    clip.arrays["nodes"][start : start + same_material.WINDOW, order].swapaxes(0, 1),
+                    features,
                 )
             }
-            found.append((name, starts))
-        assert found[0][1] & found[1][1]
-        both.add((found[0][0], found[1][0]))
+            starts_by_body.append((name, starts))
+        assert starts_by_body[0][1] & starts_by_body[1][1]
+        both.add((starts_by_body[0][0], starts_by_body[1][0]))
     assert len(both) == 9  # bodies in all pairs, onto themselves too
 
 
@@ -58,8 +59,8 @@ def test_cut_bodies_are_whole_graphs() -> None:
 def test_batches_put_bodies_beside_each_other() -> None:
     rows = training_material.batch(same_material.training_module(), 5)
     for side in ("source", "target"):
-        graphs, seen = rows[side]["graphs"], rows[side]["features"]
-        assert seen.shape == (len(graphs.row), same_material.WINDOW, 26)
+        graphs, features = rows[side]["graphs"], rows[side]["features"]
+        assert features.shape == (len(graphs.row), same_material.WINDOW, 26)
         assert graphs.row.unique().tolist() == list(range(5))
         assert torch.equal(graphs.row[graphs.receivers], graphs.row[graphs.senders])
         assert len(graphs.receivers) == 2 * (len(graphs.row) - 5)
@@ -111,15 +112,15 @@ def treading(graphs, truth, answer):
 def test_kinematics_of_the_truth_are_its_places() -> None:
     module = same_material.training_module()
     graphs, truth, _ = whole(module)
-    found = places(graphs, truth.turned, truth.root[..., 3])
-    torch.testing.assert_close(found, truth.local, atol=2e-3, rtol=0)
+    actual = places(graphs, truth.turned, truth.root[..., 3])
+    torch.testing.assert_close(actual, truth.local, atol=2e-3, rtol=0)
 
 
 def test_losses_are_the_formulas() -> None:
     module = same_material.training_module()
     graphs, truth, answer = treading(*whole(module))
     unit = module.network.scale.pose_deviation[ROOT]
-    found = {name: float(each) for name, each in losses.terms(answer, truth, graphs, unit).items()}
+    actual = {name: float(each) for name, each in losses.terms(answer, truth, graphs, unit).items()}
     a, t = (type(x)(*(each.double().numpy() for each in x)) for x in (answer, truth))
     turning = graphs.turning.numpy()
     speed = np.linalg.norm(a.world[:, 1:] - a.world[:, :-1], axis=-1)
@@ -140,27 +141,27 @@ def test_losses_are_the_formulas() -> None:
     assert {*expected, "codes"} == set(losses.WEIGHTS)
     for name, each in expected.items():
         assert each > 0.0, name
-        assert found[name] == pytest.approx(each, rel=1e-4), name
+        assert actual[name] == pytest.approx(each, rel=1e-4), name
 
 
 def test_terms_are_weighed_as_released() -> None:
     """As docs/methods.md says; codes of both performances are held together."""
     module = same_material.training_module()
-    seen = training_material.batch(module, 4)
+    batch = training_material.batch(module, 4)
     with torch.no_grad():
-        found = {name: float(each) for name, each in module.losses("network", seen, {}).items()}
-        given, asked = seen["source"], seen["target"]
-        codes = [module.network.encode(side["features"], side["graphs"]) for side in (given, asked)]
-        graphs = asked["graphs"]
+        actual = {name: float(each) for name, each in module.losses("network", batch, {}).items()}
+        source, target = batch["source"], batch["target"]
+        codes = [module.network.encode(side["features"], side["graphs"]) for side in (source, target)]
+        graphs = target["graphs"]
         answer = losses.answered(module.network.decode(codes[0], graphs), graphs)
-        truth = losses.performed(asked["features"], graphs)
+        truth = losses.performed(target["features"], graphs)
         plain = losses.terms(answer, truth, graphs, module.network.scale.pose_deviation[ROOT])
     plain["codes"] = (codes[0] - codes[1]).square().mean()
     weights = {"rotations": 5, "positions": 0.01, "root": 10, "velocities": 1, "contacts": 1}
     weights |= {"still": 6, "codes": 1, "floor": 0.1, "slide": 6, "jerk": 0.2}
     assert weights == losses.WEIGHTS  # some terms are zero here, and would hide it
     expected = {name: weight * float(plain[name]) for name, weight in weights.items()}
-    assert found == pytest.approx(expected, rel=1e-5)
+    assert actual == pytest.approx(expected, rel=1e-5)
 
 
 def test_the_world_is_a_product_of_the_moves() -> None:

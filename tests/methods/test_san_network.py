@@ -55,7 +55,9 @@ def test_the_released_root_is_where_the_first_edge_is_and_does_not_see_itself():
         (1, 2, 3, 4),
     )
     assert released[5] == (0, 1, 2, 3)
-    assert [set(mine) - {5} for mine in released[:5]] == [set(mine) - {5} for mine in fixed[:5]]
+    assert [set(neighbours) - {5} for neighbours in released[:5]] == [
+        set(neighbours) - {5} for neighbours in fixed[:5]
+    ]
 
 
 def test_pooling_of_a_small_tree():
@@ -144,15 +146,15 @@ def parameters(*modules: torch.nn.Module) -> int:
 
 @pytest.mark.parametrize(("name", "layout"), [("S23", S23), ("S28", S28)])
 def test_parameters_are_those_of_record(name, layout):
-    made = Structure(layout, DESIGNS["released"])
-    judge = Discriminator(made.levels)
+    structure = Structure(layout, DESIGNS["released"])
+    judge = Discriminator(structure.levels)
     assert LIVE[name] == (
-        parameters(made.encoder, made.decoder),
-        parameters(made.skeleton),
+        parameters(structure.encoder, structure.decoder),
+        parameters(structure.skeleton),
         parameters(judge),
     )
-    plain = make_plain(made)
-    dense = parameters(PlainDiscriminator(judge, made.levels))
+    plain = make_plain(structure)
+    dense = parameters(PlainDiscriminator(judge, structure.levels))
     assert COUNTS[name] == (parameters(plain.encoder, plain.decoder), parameters(plain.skeleton), dense)
 
 
@@ -171,22 +173,22 @@ def inputs(layout: Layout, frames: int = 24) -> tuple[torch.Tensor, torch.Tensor
 @layouts
 def test_answers_and_gradients_are_those_of_masks_and_products(layout, design):
     lean, plain = networks(layout, design), make_plain(networks(layout, design))
-    seen, bones = inputs(layout)
+    motion, bones = inputs(layout)
     answers = []
-    for made in (lean, plain):
-        code = made.encoder(seen, made.codes(bones)[:2])
-        answer = made.answer(code, bones)
+    for structure in (lean, plain):
+        code = structure.encoder(motion, structure.codes(bones)[:2])
+        answer = structure.answer(code, bones)
         (answer.square().sum() + code.sum()).backward()
         answers.append((code.detach(), answer.detach()))
-    for ours, theirs in zip(*answers, strict=True):
-        torch.testing.assert_close(ours, theirs, rtol=1e-5, atol=1e-5)
+    for own, reference in zip(*answers, strict=True):
+        torch.testing.assert_close(own, reference, rtol=1e-5, atol=1e-5)
     for side in ("encoder", "decoder"):
         for number in range(2):
             for kind in ("motion", "body"):
-                ours = lean.get_submodule(f"{side}.layers.{number}.{kind}")
-                theirs = plain.get_submodule(f"{side}.{kind}.{number}")
+                own = lean.get_submodule(f"{side}.layers.{number}.{kind}")
+                reference = plain.get_submodule(f"{side}.{kind}.{number}")
                 for name in ("weight", "bias"):
-                    one, other = (getattr(each, name).grad.norm() for each in (ours, theirs))
+                    one, other = (getattr(each, name).grad.norm() for each in (own, reference))
                     torch.testing.assert_close(one, other, rtol=1e-5, atol=0.0)
 
 
@@ -196,10 +198,10 @@ def test_discriminators_are_those_of_masks_and_products(design):
     levels = design.levels(S28)
     lean = Discriminator(levels)
     plain = PlainDiscriminator(lean, levels)
-    seen = torch.randn(4, 40, 28, 3)
+    values = torch.randn(4, 40, 28, 3)
     for training in (True, False):
         torch.testing.assert_close(
-            lean.train(training)(seen), plain.train(training)(seen), rtol=1e-5, atol=1e-6
+            lean.train(training)(values), plain.train(training)(values), rtol=1e-5, atol=1e-6
         )
     torch.testing.assert_close(lean.norm.running_mean, plain.norm.running_mean)
 
@@ -208,12 +210,12 @@ def test_discriminators_are_those_of_masks_and_products(design):
 @pytest.mark.parametrize("frames", [16, 124, 128, 132, 256, 260])
 def test_frozen_weights_answer_alike_and_follow_to_double(design, frames):
     """Also where doubling is part of the convolution: from 256 frames on in both layers."""
-    made = networks(S23, design)
-    seen, bones = inputs(S23, frames)
-    made, seen, bones = made.double(), seen.double(), bones.double()
-    before = made.answer(made.encoder(seen, made.codes(bones)), bones)
-    made.freeze()
-    after = made.answer(made.encoder(seen, made.codes(bones)), bones)
+    structure = networks(S23, design)
+    values, bones = inputs(S23, frames)
+    structure, values, bones = structure.double(), values.double(), bones.double()
+    before = structure.answer(structure.encoder(values, structure.codes(bones)), bones)
+    structure.freeze()
+    after = structure.answer(structure.encoder(values, structure.codes(bones)), bones)
     torch.testing.assert_close(after, before, rtol=1e-9, atol=1e-12)
     assert after.dtype == torch.float64
 
@@ -221,11 +223,11 @@ def test_frozen_weights_answer_alike_and_follow_to_double(design, frames):
 def test_an_edge_hears_its_neighbours_of_neighbours_alone():
     """Through one convolution: edges two away, and their root."""
     design = DESIGNS["fixed"]
-    made = networks(S28, design)
-    alone = Skeletal(made.levels.neighbours[0], 4, 8, 15)
+    structure = networks(S28, design)
+    alone = Skeletal(structure.levels.neighbours[0], 4, 8, 15)
     kernel = alone.dense()[0].reshape(28, 8, 28, 4, 15)
     heard = (kernel != 0).any(4).any(3).any(1)
-    for slot, others in enumerate(made.levels.neighbours[0]):
+    for slot, others in enumerate(structure.levels.neighbours[0]):
         assert tuple(heard[slot].nonzero()[:, 0].tolist()) == others
 
 

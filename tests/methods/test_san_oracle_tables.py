@@ -15,9 +15,9 @@ from test_san_oracles import (  # noqa: F401  (fixtures)
     character,
     close,
     discriminator_of,
-    found,
     listed,
     oracle,
+    recorded,
     seen,
     slots,
     step,
@@ -29,17 +29,17 @@ from retarget_bench.training.layers.skeletal.discriminators import discriminator
 from retarget_bench.training.layers.skeletal.end_effectors import NEAR, RESTING
 
 
-def levels_of(found: Oracle) -> Levels:
-    body = character(found, 0, "any")
+def levels_of(recorded: Oracle) -> Levels:
+    body = character(recorded, 0, "any")
     return RELEASED.levels(layout_of(body.skeleton.parents.tolist(), body.roles))
 
 
 def pooling(groups: tuple[tuple[int, ...], ...], width: int, *, mean: bool) -> torch.Tensor:
     """The matrix that makes one slot of each group, or with a transposition each group of one slot."""
-    found = torch.zeros(len(groups), sum(map(len, groups)))
-    for row, group in zip(found, groups, strict=True):
+    matrix = torch.zeros(len(groups), sum(map(len, groups)))
+    for row, group in zip(matrix, groups, strict=True):
         row[list(group)] = 1.0 / len(group) if mean else 1.0
-    return torch.kron(found, torch.eye(width))
+    return torch.kron(matrix, torch.eye(width))
 
 
 @pytest.mark.parametrize(
@@ -56,55 +56,55 @@ def pooling(groups: tuple[tuple[int, ...], ...], width: int, *, mean: bool) -> t
         ("discriminator/layers.1.1", "pairs", 12, True),
     ],
 )
-def test_poolings_are_their_matrices(found, name, level, width, mean):
-    made = pooling(getattr(levels_of(found), level), width, mean=mean)
-    expected = found[f"pool_weight/{name}"]
-    torch.testing.assert_close(made if mean else made.T, expected, rtol=0, atol=0)
+def test_poolings_are_their_matrices(recorded, name, level, width, mean):
+    matrix = pooling(getattr(levels_of(recorded), level), width, mean=mean)
+    expected = recorded[f"pool_weight/{name}"]
+    torch.testing.assert_close(matrix if mean else matrix.T, expected, rtol=0, atol=0)
 
 
-def test_tables_of_both_networks_are_theirs(found):
+def test_tables_of_both_networks_are_theirs(recorded):
     """Discriminators have the trees, neighbours and first pooling of auto-encoders."""
-    levels, edges = levels_of(found), Edges.of(found["structure/parents"].tolist())
+    levels, edges = levels_of(recorded), Edges.of(recorded["structure/parents"].tolist())
     _, left = edges.pooled()
     for level, tree in enumerate((edges, left)):
         for network in ("auto_encoder", "discriminator"):
-            assert [list(pair) for pair in tree.pairs] == found[f"edges/{network}/{level}"].tolist()
-            assert levels.neighbours[level] == listed(found[f"neighbours/{network}/{level}"])
-    assert levels.first == listed(found["pooling_list/discriminator/0"])
-    assert [list(pair) for pair in edges.pairs] == found["structure/edges"].tolist()
-    assert found["structure/fk_topology"].tolist() == [-1, *found["structure/parents"][1:]]
-    assert found["structure/fk_rotation_map"].tolist() == [joint for _, joint in edges.pairs]
-    assert not len(found["edges/auto_encoder/2"])  # they list none behind whole chains
+            assert [list(pair) for pair in tree.pairs] == recorded[f"edges/{network}/{level}"].tolist()
+            assert levels.neighbours[level] == listed(recorded[f"neighbours/{network}/{level}"])
+    assert levels.first == listed(recorded["pooling_list/discriminator/0"])
+    assert [list(pair) for pair in edges.pairs] == recorded["structure/edges"].tolist()
+    assert recorded["structure/fk_topology"].tolist() == [-1, *recorded["structure/parents"][1:]]
+    assert recorded["structure/fk_rotation_map"].tolist() == [joint for _, joint in edges.pairs]
+    assert not len(recorded["edges/auto_encoder/2"])  # they list none behind whole chains
 
 
-def test_layers_of_discriminators_answer_as_theirs(found):
+def test_layers_of_discriminators_answer_as_theirs(recorded):
     """Of the input, with running statistics: behind the first pooling, and scores before the sigmoid."""
-    judge = discriminator_of(found).eval()
+    judge = discriminator_of(recorded).eval()
     shown: list[torch.Tensor] = []
-    judge.last.register_forward_pre_hook(lambda module, given: shown.append(given[0]))
+    judge.last.register_forward_pre_hook(lambda module, inputs: shown.append(inputs[0]))
     with torch.no_grad():
-        scores = judge(found["output/fk_bone_vectors"].flatten(2).unflatten(2, (-1, 3)))
-        close(shown[0], found["between/discriminator_layer0"])
-        close(judge.last(shown[0]), found["between/discriminator_layer1"])
-    close(scores, found["between/discriminator_layer1"].sigmoid())
+        scores = judge(recorded["output/fk_bone_vectors"].flatten(2).unflatten(2, (-1, 3)))
+        close(shown[0], recorded["between/discriminator_layer0"])
+        close(judge.last(shown[0]), recorded["between/discriminator_layer1"])
+    close(scores, recorded["between/discriminator_layer1"].sigmoid())
 
 
 def test_weights_are_theirs(oracle):
-    record, ours = oracle("step"), San("released").settings.weights
-    found = {
+    record, weights = oracle("step"), San("released").settings.weights
+    actual = {
         "rec_quaternion": 1.0,
-        "rec_global": ours.root,
-        "rec_position": ours.positions,
-        "lambda_rec": ours.reconstruction,
-        "cycle": ours.cycle,
-        "ee": ours.ends,
-        "gan": ours.adversarial,
+        "rec_global": weights.root,
+        "rec_position": weights.positions,
+        "lambda_rec": weights.reconstruction,
+        "cycle": weights.cycle,
+        "ee": weights.ends,
+        "gan": weights.adversarial,
         "ee_at_rest": RESTING,
         "ee_rest_threshold": NEAR,
     }
-    theirs = {name.split("/")[1] for name in record.names if name.startswith("weight/")}
-    assert theirs == set(found)
-    for name, each in found.items():
+    reference = {name.split("/")[1] for name in record.names if name.startswith("weight/")}
+    assert reference == set(actual)
+    for name, each in actual.items():
         assert each == pytest.approx(float(record[f"weight/{name}"]), rel=1e-6), name
 
 
@@ -116,8 +116,10 @@ def test_sums_are_theirs(step, oracle):
     rec = [edges + 250.0 * root + 100.0 * positions for edges, root, positions in of_each]
     assert rec == close_to(record["loss/sum/rec_losses"].tolist(), rel=1e-5)
     assert sum(rec) == close_to(float(record["loss/sum/rec_loss"]), rel=1e-5)
-    for ours, theirs in (("cycle", "cycle_loss"), ("ends", "ee_loss"), ("adversarial", "loss_G")):
-        assert sum(every[ours]) == close_to(float(record[f"loss/sum/{theirs}"]), rel=1e-5), ours
+    for own_name, authors_name in (("cycle", "cycle_loss"), ("ends", "ee_loss"), ("adversarial", "loss_G")):
+        assert sum(every[own_name]) == close_to(float(record[f"loss/sum/{authors_name}"]), rel=1e-5), (
+            own_name
+        )
 
 
 @pytest.mark.parametrize("number", [0, 1])

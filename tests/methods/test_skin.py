@@ -37,11 +37,11 @@ def test_has_the_parameters_of_the_record(inputs, parameters):
 def test_shares_sum_to_one_and_move_and_grow_with_the_body(inputs):
     method = SKIN(inputs=inputs, joints="truth").using(exported(SkinningPredictor(inputs)))
     points, joints = standing()
-    found = method.shares(points, joints)
-    assert found.shape == (len(points), 22)
-    np.testing.assert_allclose(found.sum(axis=1), 1.0, atol=1e-6)
+    actual = method.shares(points, joints)
+    assert actual.shape == (len(points), 22)
+    np.testing.assert_allclose(actual.sum(axis=1), 1.0, atol=1e-6)
     moved = np.array([3.0, -1.0, 2.0])
-    np.testing.assert_allclose(method.shares(1.3 * points + moved, 1.3 * joints + moved), found, atol=1e-4)
+    np.testing.assert_allclose(method.shares(1.3 * points + moved, 1.3 * joints + moved), actual, atol=1e-4)
 
 
 def test_begins_with_shares_that_fall_with_the_distance():
@@ -50,18 +50,18 @@ def test_begins_with_shares_that_fall_with_the_distance():
     points, joints = (torch.from_numpy(each.astype(np.float32))[None] for each in standing())
     near = (points.unsqueeze(2) - joints.unsqueeze(1)).norm(dim=-1) / size(joints)
     with torch.no_grad():
-        found = network(points, joints)
-    nearest = found.gather(-1, near.argmin(-1, keepdim=True))
+        actual = network(points, joints)
+    nearest = actual.gather(-1, near.argmin(-1, keepdim=True))
     assert nearest.mean() > 10 / 22  # ten times an even share
 
 
 @pytest.mark.parametrize("name", skr_material.NAMES)
 def test_the_mesh_s_own_weights_pose_it_as_its_skeleton_does(name):
     motion = skr_material.motions()[name].at(slice(0, None, 7))
-    character, mesh, seen = motion.character, motion.character.mesh, moves_about_hips(motion)
+    character, mesh, moved = motion.character, motion.character.mesh, moves_about_hips(motion)
     ranks = list(Body22(character).joints)
     assert character.structure == "body22"
-    matrices, rest = rotation.to_matrix(seen["turns"][:, ranks]), SkinnedBody.of(character).resting
+    matrices, rest = rotation.to_matrix(moved["turns"][:, ranks]), SkinnedBody.of(character).resting
     hips = motion.positions[:, ranks[0]] - np.einsum("fab,b->fa", matrices[:, 0], rest[0])
     shifts, shares = transforms_of(rest, matrices, hips), mesh.weights[:, ranks]
     there = [torch.from_numpy(each) for each in (mesh.vertices, shares, matrices, shifts)]

@@ -53,8 +53,8 @@ def test_frames_of_any_numbers_of_points_stand_for_themselves():
     frames = [skr_material.points(count, 1, count)[0] for count in (1, 7, 7, 300, 300, 300, 2000, 7)]
     together = joints_of(network, frames)
     assert np.isfinite(together).all()
-    for frame, found in zip(frames, together, strict=True):
-        np.testing.assert_allclose(joints_of(network, [frame])[0], found, atol=1e-5)
+    for frame, answer in zip(frames, together, strict=True):
+        np.testing.assert_allclose(joints_of(network, [frame])[0], answer, atol=1e-5)
 
 
 def test_answers_move_turn_and_grow_with_the_points():
@@ -77,11 +77,11 @@ def test_views_share_the_points_and_their_mean_is_the_answer(count, views):
     network, answers = skr_material.regressor(), []
     points = [each.astype(np.float64) for each in skr_material.points(count, 2)]
     middle = np.stack([each.mean(axis=0) for each in points])[:, None]
-    for number, seen in enumerate([(1, 1, 1), (-1, 1, -1), (-1, 1, 1), (1, 1, -1)][:views]):
+    for number, signs in enumerate([(1, 1, 1), (-1, 1, -1), (-1, 1, 1), (1, 1, -1)][:views]):
         near = [(each - each.mean(axis=0))[np.argsort(each[:, 1])] for each in points]
         near = [each[number::views] if count >= 128 * views else each for each in near]
-        found = joints_of(network, [each * seen for each in near]) * seen
-        answers.append(found[:, OTHER_SIDE] if np.prod(seen) < 0 else found)
+        joints = joints_of(network, [each * signs for each in near]) * signs
+        answers.append(joints[:, OTHER_SIDE] if np.prod(signs) < 0 else joints)
     assert np.ptp(answers, axis=0).max() > 1e-3
     expected = np.mean(answers, axis=0) + middle
     np.testing.assert_allclose(joints_of(network, points, views), expected, atol=1e-5)
@@ -92,10 +92,10 @@ def test_views_share_the_points_and_their_mean_is_the_answer(count, views):
 def test_four_views_of_few_points_know_neither_left_from_right_nor_front_from_back(seed):
     """All of few points are in every view, so a mirror exchanges the sides and changes nothing else."""
     network, points = skr_material.regressor(), skr_material.points(200, 1, seed)
-    found = joints_of(network, points, 4)
+    joints = joints_of(network, points, 4)
     for mirror in ([-1.0, 1.0, 1.0], [1.0, 1.0, -1.0]):
         again = joints_of(network, [each * np.array(mirror, np.float32) for each in points], 4)
-        np.testing.assert_allclose(again[:, OTHER_SIDE] * mirror, found, atol=1e-5)
+        np.testing.assert_allclose(again[:, OTHER_SIDE] * mirror, joints, atol=1e-5)
 
 
 def test_the_world_s_direction_is_kept_on_request():
@@ -108,12 +108,12 @@ def test_the_world_s_direction_is_kept_on_request():
 def test_seen_points_spread_most_to_the_sides():
     numbers = np.random.default_rng(0)
     points = torch.from_numpy(numbers.normal(size=(3, 900, 3)) * [0.1, 0.2, 0.5])
-    seen = Frame.of(points, principal=True).into(points)
+    oriented = Frame.of(points, principal=True).into(points)
     # the directions of largest variance, by an eigenvalue decomposition of the level covariance
     level = points[..., [0, 2]] - points[..., [0, 2]].mean(1, keepdim=True)
     largest_variance = torch.linalg.eigvalsh(level.transpose(1, 2) @ level)[:, -1]
     unit = Frame.of(points, principal=True).unit[:, 0, 0]
-    torch.testing.assert_close((seen[..., 0] * unit[:, None]).square().sum(1), largest_variance)
+    torch.testing.assert_close((oriented[..., 0] * unit[:, None]).square().sum(1), largest_variance)
 
 
 @pytest.mark.parametrize("search", [torch.float32, torch.float64])
@@ -122,17 +122,17 @@ def test_maximum_and_its_gradient_are_those_of_the_dense_layer(search):
     layer = torch.nn.Linear(16, 40).double()
     points = torch.randn(3, 50, 16, dtype=torch.float64, requires_grad=True)
     pull = torch.randn(3, 40, dtype=torch.float64)
-    found = []
+    results = []
     for make in (lambda: largest(points, layer, search), lambda: layer(points).max(1)[0]):
         points.grad = None
         layer.zero_grad()
         answer = make()
         (answer * pull).sum().backward()
-        found.append([answer.detach(), points.grad.clone(), layer.weight.grad.clone(), layer.bias.grad])
-    for one, other in zip(*found, strict=True):
+        results.append([answer.detach(), points.grad.clone(), layer.weight.grad.clone(), layer.bias.grad])
+    for one, other in zip(*results, strict=True):
         torch.testing.assert_close(one, other)
     with torch.no_grad():
-        torch.testing.assert_close(largest(points, layer, search), found[0][0])
+        torch.testing.assert_close(largest(points, layer, search), results[0][0])
 
 
 # --------------------------------------------------------------------------------------------- training
@@ -142,8 +142,8 @@ def test_bodies_are_posed_as_their_motion_has_them():
     body, hips = SkinnedBody.of(character), motion.positions[:, Body22(character).joints[0]]
     expected = character.mesh.skinned(motion)
     for frame in (0, 17, motion.frames - 1):
-        found = body.posed(arrays["turns"][frame], arrays["shifts"][frame])
-        np.testing.assert_allclose(found + hips[frame], expected[frame], atol=2e-6)
+        posed = body.posed(arrays["turns"][frame], arrays["shifts"][frame])
+        np.testing.assert_allclose(posed + hips[frame], expected[frame], atol=2e-6)
     joints = motion.positions[:, list(Body22(character).joints)] - hips[:, None]
     np.testing.assert_allclose(arrays["joints"], joints, atol=1e-12)
 
@@ -193,10 +193,10 @@ def test_weights_bring_the_parameters_that_they_were_trained_with(tmp_path):
     trained = SKR(network="table5", direction="world")
     card = {"method": "skr", "version": trained.card.version, "facts": trained.facts()}
     weights.write(tmp_path, "weights", exported(skr_material.regressor(features=True)), card)
-    made = of_weights("skr", str(tmp_path), views=2)
-    assert (made.facts(), made.views, made.untrained) == (trained.facts(), 2, "")
-    whole = registry.create("methods", Spec("correspondence_free", {"skr": str(tmp_path)}))
-    assert whole.stages["skr"].facts() == trained.facts()
+    method = of_weights("skr", str(tmp_path), views=2)
+    assert (method.facts(), method.views, method.untrained) == (trained.facts(), 2, "")
+    complete = registry.create("methods", Spec("correspondence_free", {"skr": str(tmp_path)}))
+    assert complete.stages["skr"].facts() == trained.facts()
     with pytest.raises(BenchError, match="nowhere"):
         of_weights("skr", str(tmp_path / "nowhere"))
 
@@ -216,12 +216,12 @@ def test_answers_for_points_and_for_motions_of_the_same_body():
 
 def test_joints_that_are_none_of_the_22_stay_on_their_bones():
     data = registry.create("datasets", Spec.parse("puppets"))
-    clips = {n: each for mine in data.training().values() for n, each in mine.items()}
+    clips = {n: each for bodies in data.training().values() for n, each in bodies.items()}
     name = next(n for n, body in data.characters().items() if body.structure == "body28" and n in clips)
     motion = clips[name][0].at(slice(0, None, 10))
     body = Body22(motion.character)
-    found = placed(motion.character, motion.positions[:, list(body.joints)])
-    apart = np.linalg.norm(found - motion.positions, axis=-1)
+    positions = placed(motion.character, motion.positions[:, list(body.joints)])
+    apart = np.linalg.norm(positions - motion.positions, axis=-1)
     assert apart[:, list(body.joints)].max() < 1e-12
     # tips and split bones: within the turn of a hand or head that its own joint alone cannot show
     assert apart.max() < 0.12 * motion.character.height
@@ -230,10 +230,10 @@ def test_joints_that_are_none_of_the_22_stay_on_their_bones():
 
 def test_joints_at_rest_are_drawn_again_and_again():
     method, mesh = skr_material.untrained(), skr_material.body().mesh
-    found = method.resting(mesh.vertices, mesh.faces, 4)
-    assert found.shape == (4, 22, 3)
-    assert len(np.unique(found[:, 0, 1])) == 4
-    np.testing.assert_array_equal(found, method.resting(mesh.vertices, mesh.faces, 4))
+    drawn = method.resting(mesh.vertices, mesh.faces, 4)
+    assert drawn.shape == (4, 22, 3)
+    assert len(np.unique(drawn[:, 0, 1])) == 4
+    np.testing.assert_array_equal(drawn, method.resting(mesh.vertices, mesh.faces, 4))
 
 
 def test_says_what_it_cannot_do():

@@ -51,17 +51,17 @@ def averaged_by_hand(values: np.ndarray, width: float) -> np.ndarray:
 
 def test_the_path_is_averaged_as_the_formula_says():
     answer = dance(body())
-    found = smoothed(answer, 0.05)
-    np.testing.assert_allclose(found.root, averaged_by_hand(answer.root, 0.05 * answer.fps), atol=1e-12)
+    averaged = smoothed(answer, 0.05)
+    np.testing.assert_allclose(averaged.root, averaged_by_hand(answer.root, 0.05 * answer.fps), atol=1e-12)
 
 
 def test_steady_motion_stays_as_it_is():
     answer = turning(speed=1.0)
-    found = smoothed(answer, 0.04)
-    np.testing.assert_allclose(found.root, answer.root, atol=1e-12)
+    averaged = smoothed(answer, 0.04)
+    np.testing.assert_allclose(averaged.root, answer.root, atol=1e-12)
     inner = slice(6, -6)  # at the ends mirror images of quaternions are not quite unit
-    assert rotation.angle(found.rotations[inner], answer.rotations[inner]).max() < 1e-6
-    assert rotation.angle(found.rotations, answer.rotations).max() < 2e-3
+    assert rotation.angle(averaged.rotations[inner], answer.rotations[inner]).max() < 1e-6
+    assert rotation.angle(averaged.rotations, answer.rotations).max() < 2e-3
 
 
 def test_trembling_is_removed_and_signs_of_quaternions_do_not_matter():
@@ -74,14 +74,14 @@ def test_trembling_is_removed_and_signs_of_quaternions_do_not_matter():
         FPS,
     )
     flipped = Motion(rough.character, signs * rough.rotations, rough.root, FPS)
-    found, other = smoothed(rough, 0.06), smoothed(flipped, 0.06)
-    assert rotation.angle(found.rotations, other.rotations).max() < 1e-7
-    for before, after in ((rough, found), (rough, other)):
+    averaged, other = smoothed(rough, 0.06), smoothed(flipped, 0.06)
+    assert rotation.angle(averaged.rotations, other.rotations).max() < 1e-7
+    for before, after in ((rough, averaged), (rough, other)):
         off = [rotation.angle(each.rotations, answer.rotations).mean() for each in (before, after)]
         assert off[1] < 0.5 * off[0]
         off = [np.abs(each.root - answer.root).mean() for each in (before, after)]
         assert off[1] < 0.5 * off[0]
-    np.testing.assert_allclose(np.linalg.norm(found.rotations, axis=-1), 1.0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(averaged.rotations, axis=-1), 1.0, atol=1e-12)
 
 
 def test_nothing_is_averaged_over_a_cut_of_the_source():
@@ -94,9 +94,9 @@ def test_nothing_is_averaged_over_a_cut_of_the_source():
 @pytest.mark.parametrize("frames", [1, 2, 3])
 def test_clips_of_a_frame_or_two(frames):
     answer = dance(body()).at(slice(0, frames))
-    found = smoothed(answer, 0.04)
-    assert found.frames == frames
-    assert np.isfinite(found.positions).all()
+    averaged = smoothed(answer, 0.04)
+    assert averaged.frames == frames
+    assert np.isfinite(averaged.positions).all()
 
 
 def test_no_width_changes_nothing_and_a_negative_one_is_refused():

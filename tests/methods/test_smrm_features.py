@@ -41,42 +41,42 @@ def turned_about(motion, degrees: float, shift: np.ndarray):
 @pytest.mark.parametrize("features", FORMS, ids=str)
 def test_what_is_seen_gives_the_motion_back(features):
     motion = dance()
-    seen, body = features.see(motion), features.body(motion.character)
-    moves = features.moves(seen["hips"], seen["before"], seen["turn"])
+    encoded, body = features.see(motion), features.body(motion.character)
+    moves = features.moves(encoded["hips"], encoded["before"], encoded["turn"])
     for kind in ("integrated", "relative"):
-        again = features.motion(body, seen["rotations"], moves, seen, motion.root, kind)
+        again = features.motion(body, encoded["rotations"], moves, encoded, motion.root, kind)
         np.testing.assert_allclose(again.positions, motion.positions, atol=1e-6)
 
 
 def test_a_constant_error_of_moves_does_not_grow_with_time():
     """A minute of a step too long by a hundredth of the hips' height in every frame."""
     features, motion = FORMS[0], dance(frames=1800)
-    seen, body = features.see(motion), features.body(motion.character)
-    moves = features.moves(seen["hips"], seen["before"], seen["turn"]) + np.array([0.0, 0.0, 0.01])
-    turns = seen["turn"][:, 0] + 1j * seen["turn"][:, 1]
+    encoded, body = features.see(motion), features.body(motion.character)
+    moves = features.moves(encoded["hips"], encoded["before"], encoded["turn"]) + np.array([0.0, 0.0, 0.01])
+    turns = encoded["turn"][:, 0] + 1j * encoded["turn"][:, 1]
     off, total, summed = np.zeros((1800, 2)), np.zeros(2), np.zeros(2)
     for frame in range(1, 1800):
         step = 0.01 * body.unit * np.array([turns[frame].imag, turns[frame].real])
         summed, total = summed + step, np.exp(-1 / (30 * MEMORY)) * total + step
         off[frame] = total
-    told, plain = (
-        features.motion(body, seen["rotations"], moves, seen, motion.root, kind).root - motion.root
+    relative_error, plain = (
+        features.motion(body, encoded["rotations"], moves, encoded, motion.root, kind).root - motion.root
         for kind in ("relative", "integrated")
     )
-    np.testing.assert_allclose(told[:, [0, 2]], off, atol=1e-6)
+    np.testing.assert_allclose(relative_error[:, [0, 2]], off, atol=1e-6)
     np.testing.assert_allclose(plain[-1, [0, 2]], summed, atol=1e-6)
-    assert np.abs(told).max() < 0.01 * body.unit * (30 * MEMORY + 1)
+    assert np.abs(relative_error).max() < 0.01 * body.unit * (30 * MEMORY + 1)
 
 
 @pytest.mark.parametrize("features", FORMS, ids=str)
 def test_positions_are_those_of_the_22_joints_from_where_it_faces(features):
     motion = dance()
-    seen, joints = features.see(motion), list(reduce(motion.character, "body22").joints)
+    encoded, joints = features.see(motion), list(reduce(motion.character, "body22").joints)
     unit = motion.character.measures.hip_height if features.normalisation == "body" else 1.0
     turn = facing.facing(motion.positions, motion.character) if features.yaw == "removed" else np.ones(25)
     expected = facing.seen(motion.positions[:, joints] - motion.positions[:, :1], turn[:, None]) / unit
     assert expected.shape == (25, JOINTS, 3)
-    np.testing.assert_allclose(seen["positions"], expected, atol=1e-9)
+    np.testing.assert_allclose(encoded["positions"], expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("root", ["height", "displacement", "position"])
@@ -116,8 +116,8 @@ def test_velocity_is_the_change_of_place(root):
 
 def test_windows_of_a_clip_have_the_path_of_the_clip():
     features = Features("body", "height", "removed")
-    seen = features.see(dance(frames=40))
-    window = {key: array[13:33] for key, array in seen.items()}
+    encoded = features.see(dance(frames=40))
+    window = {key: array[13:33] for key, array in encoded.items()}
     moves = features.moves(window["hips"], window["before"], window["turn"])
     path = features.path(torch.from_numpy(moves), torch.from_numpy(window["turn"])).numpy()
     expected = window["hips"] - window["hips"][0] * [1.0, 0.0, 1.0]

@@ -18,10 +18,10 @@ BODIES = smrm_material.BODIES
 
 @pytest.fixture(scope="module")
 def training_module():
-    made = smrm_material.training_module()
+    module = smrm_material.training_module()
     with torch.no_grad():  # answers that differ from frame to frame, as trained ones do
-        made.generator.turns.weight.mul_(10.0)
-    return made
+        module.generator.turns.weight.mul_(10.0)
+    return module
 
 
 @pytest.fixture(scope="module")
@@ -35,11 +35,11 @@ def method(training_module):
 def test_chunks_of_any_size_give_what_the_whole_gives(chunk, root, path):
     module = smrm_material.training_module(root=root)
     source = dance(smrm_material.BODIES["one"], 90)
-    whole, parts = (
+    at_once, parts = (
         retargeted(module.generator.eval(), module.features, [source], [BODIES["legs"]], size, path)[0]
         for size in (90, chunk)
     )
-    assert apart(whole, parts) < 1e-6
+    assert apart(at_once, parts) < 1e-6
 
 
 def test_what_comes_later_changes_nothing_before(method):
@@ -52,16 +52,16 @@ def test_what_comes_later_changes_nothing_before(method):
 @pytest.mark.parametrize("fps", [25.0, 29.0, 50.0, 59.94, 90.0, 240.0, 1000.0])
 def test_no_clip_stands_still_at_its_end(method, fps):
     source = dance(smrm_material.BODIES["one"], 170)
-    found = carried(method, replace(source, fps=fps), BODIES["tall"]).positions
-    assert (np.abs(np.diff(found[-40:], axis=0)).max(axis=(1, 2)) > 0).all()
+    positions = carried(method, replace(source, fps=fps), BODIES["tall"]).positions
+    assert (np.abs(np.diff(positions[-40:], axis=0)).max(axis=(1, 2)) > 0).all()
 
 
 @pytest.mark.parametrize("fps", [29.97, 30000 / 1001, 30.03])
 def test_rounded_rates_are_thirty(method, fps):
     source = dance(smrm_material.BODIES["one"], 170)
-    found, plain = (carried(method, replace(source, fps=rate), BODIES["tall"]) for rate in (fps, 30.0))
-    assert found.fps == fps
-    np.testing.assert_array_equal(found.positions, plain.positions)
+    actual, plain = (carried(method, replace(source, fps=rate), BODIES["tall"]) for rate in (fps, 30.0))
+    assert actual.fps == fps
+    np.testing.assert_array_equal(actual.positions, plain.positions)
 
 
 def test_begins_where_the_source_begins_for_a_body_of_that_size(method):

@@ -207,9 +207,9 @@ def test_statistics_are_of_the_clips():
     module = smrm_material.training_module()
     flat = module.training_data.stacked("positions").reshape(-1, 66)
     np.testing.assert_allclose(module.generator.scale.positions_mean, flat.mean(0), atol=1e-5)
-    seen = module.generator.scale.normalise("positions", torch.from_numpy(flat)).numpy()
+    normalised = module.generator.scale.normalise("positions", torch.from_numpy(flat)).numpy()
     moving = flat.std(0) > 0.01
-    np.testing.assert_allclose(seen.std(0)[moving], 1.0, atol=1e-3)
+    np.testing.assert_allclose(normalised.std(0)[moving], 1.0, atol=1e-3)
     plain = smrm_material.training_module(normalisation="none").generator.scale
     assert torch.equal(plain.positions_deviation, torch.ones(66))
     assert not plain.positions_mean.any()

@@ -113,9 +113,9 @@ def test_a_snap_takes_no_more_than_its_speed_and_nothing_else_changes(fps):
     copied = rotation.about(np.array([[1.0, 0.0, 0.0]]), np.radians(40.0) * np.sin(time / 10.0))
     snap = np.where((time >= 200) & (time < 205), np.radians(70.0), 0.0)
     expected = rotation.multiply(rotation.about(np.array([[0.6, 0.8, 0.0]]), snap), copied)
-    kept = slowed(copied, expected, fps)
-    fastest, speed = (np.degrees(rotation.angle(each[1:], each[:-1])) for each in (copied, kept))
+    limited = slowed(copied, expected, fps)
+    fastest, speed = (np.degrees(rotation.angle(each[1:], each[:-1])) for each in (copied, limited))
     assert speed.max() < 1.5 * max(fastest.max(), 60.0 / fps)
     away = np.abs(time - 202) > 60
-    np.testing.assert_allclose(rotation.angle(kept, expected)[away], 0.0, atol=1e-6)
+    np.testing.assert_allclose(rotation.angle(limited, expected)[away], 0.0, atol=1e-6)
     np.testing.assert_array_equal(slowed(copied, copied, fps), copied)

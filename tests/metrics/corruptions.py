@@ -160,8 +160,8 @@ class Crowd:
         features = {}
         for clip, motion in self.motions.items():
             real, speed = self.real[clip]
-            made = self.network.features(harm(motion, clip, amount))[0] if harm else real
-            features[clip] = CaseFeatures(made, real, speed)
+            generated = self.network.features(harm(motion, clip, amount))[0] if harm else real
+            features[clip] = CaseFeatures(generated, real, speed)
         return draw(features, self.infos, self.stretches)
 
     def notice(self, harm: Corruption | None = None, amount: float = 0.0) -> float:
@@ -267,7 +267,7 @@ class Study:
     def _measured(self, harm: Corruption | None, amount: float) -> Noticed:
         measured = []
         for half, (real, clips) in enumerate(self.real):
-            made, other = self._features(1 - half, harm, amount)
-            pair = Sample(real, clips), Sample(made, other)
-            measured.append((frechet(real, made), Kid()(*pair), *Fits()(*pair)))
+            generated, other = self._features(1 - half, harm, amount)
+            pair = Sample(real, clips), Sample(generated, other)
+            measured.append((frechet(real, generated), Kid()(*pair), *Fits()(*pair)))
         return Noticed(min(len(clips) for _, clips in self.real), *np.mean(measured, axis=0).tolist())

@@ -88,8 +88,8 @@ SCORED = (*BODY, *TIPS)
 
 def metric(name: str) -> Metric:
     """A built-in metric."""
-    made: Metric = importlib.import_module(f"retarget_bench.metrics.{name}").plugin()
-    return made
+    plugin: Metric = importlib.import_module(f"retarget_bench.metrics.{name}").plugin()
+    return plugin
 
 
 def compute(name: str, sides: Sides) -> Mapping[str, float | Mapping[str, float]]:

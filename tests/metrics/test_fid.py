@@ -92,11 +92,11 @@ def test_bodies_without_toes_or_spine_joints_are_seen_alike(cases):
     smaller = reduce(shown.target, "body22")
     assert len(smaller.character.skeleton) < len(shown.target.skeleton)
     shipped = network.find(SHIPPED, TWO_LEGS)
-    whole, speed = shipped.features(shown.reference)
+    complete, speed = shipped.features(shown.reference)
     reduced, same_speed = shipped.features(seen(smaller.apply(shown.reference)))
-    np.testing.assert_allclose(reduced, whole, atol=1e-4)
+    np.testing.assert_allclose(reduced, complete, atol=1e-4)
     np.testing.assert_allclose(same_speed, speed, atol=1e-6)
-    assert whole.shape == ((shown.info.frames - 16) // 4 + 1, 32)
+    assert complete.shape == ((shown.info.frames - 16) // 4 + 1, 32)
 
 
 def test_a_body_without_a_hand_is_in_no_set(cases):
@@ -161,7 +161,7 @@ def test_the_network_is_trained_on_all_bodies_on_two_legs_of_the_training(puppet
     (source,) = data.sources(puppets, [TWO_LEGS])
     names = set(data.performers(puppets, source))
     cast = puppets.characters()
-    trained = {name for mine in puppets.training().values() for name in mine}
+    trained = {name for clips in puppets.training().values() for name in clips}
     assert names == {name for name in trained if not cast[name].four_legged}
     assert len({cast[name].structure for name in names}) > 1
 

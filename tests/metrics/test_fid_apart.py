@@ -42,11 +42,11 @@ def test_windows_are_drawn_by_the_speed_of_the_source(case: Case) -> None:
     hips = case.source.positions[:, case.source.character.joint_of["hips"], ::2]
     steps = np.linalg.norm(np.diff(hips, axis=0), axis=1) * 30.0 / case.source.character.height
     steps = np.concatenate([steps[:1], steps])
-    mine = [
+    speeds = [
         steps[at : at + windows.FRAMES].mean()
         for at in range(0, len(steps) - windows.FRAMES + 1, windows.HOP)
     ]
-    np.testing.assert_allclose(features.speed, mine, rtol=1e-5)
+    np.testing.assert_allclose(features.speed, speeds, rtol=1e-5)
 
 
 def test_a_structure_without_a_network_says_what_makes_one(case: Case) -> None:

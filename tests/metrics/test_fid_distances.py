@@ -19,8 +19,8 @@ def kid(a, b, groups_a, groups_b) -> float:
     return Kid()(Sample(a, groups_a), Sample(b, groups_b))
 
 
-def fit(real, made, groups_real, groups_made, k=5):
-    return Fits(k)(Sample(real, groups_real), Sample(made, groups_made))
+def fit(real, generated, groups_real, groups_generated, k=5):
+    return Fits(k)(Sample(real, groups_real), Sample(generated, groups_generated))
 
 
 def trace(sample: np.ndarray) -> float:
@@ -136,11 +136,11 @@ def test_a_part_of_a_set_is_worth_what_it_is_worth_alone(value, odd):
     if odd == "one clip":
         a[:, 3] = np.where(clips == 4, np.arange(n) % 8, 0.0)
     metric = FidStructure()
-    for (real, alone), (made, made_alone) in zip(
+    for (real, alone), (generated, generated_alone) in zip(
         parts_of(a, clips), parts_of(b, clips + 1000 * (odd != "few")), strict=True
     ):
-        part = metric.value(value, real, made)
-        assert part == pytest.approx(FidStructure().value(value, alone, made_alone), rel=1e-8)
+        part = metric.value(value, real, generated)
+        assert part == pytest.approx(FidStructure().value(value, alone, generated_alone), rel=1e-8)
 
 
 def test_the_factor_of_most_of_a_set_is_that_of_its_covariance():
@@ -227,9 +227,9 @@ def slow_fit(real, generated, groups_real, groups_generated, k):
 def test_coverage_and_density_agree_with_the_naive_way(size):
     """size 1: every window is a group of its own, which is the published definition."""
     random = np.random.default_rng(8)
-    real, made = random.normal(size=(30, 4)), 1.3 * random.normal(size=(24, 4)) + 0.4
+    real, generated = random.normal(size=(30, 4)), 1.3 * random.normal(size=(24, 4)) + 0.4
     p, q = np.arange(30) // size, np.arange(24) // size + (100 if size == 1 else 5)
-    assert fit(real, made, p, q, 3) == pytest.approx(slow_fit(real, made, p, q, 3))
+    assert fit(real, generated, p, q, 3) == pytest.approx(slow_fit(real, generated, p, q, 3))
 
 
 def test_coverage_of_real_motion_is_one_minus_a_power_of_two():

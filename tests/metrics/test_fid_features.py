@@ -47,8 +47,8 @@ def moved(motion: Positions, angle: float, shift: tuple[float, float, float]) ->
 @pytest.mark.parametrize(("angle", "shift"), [(0.7, (3, 0, -8)), (np.pi, (0, 0, 0)), (-2.5, (100, 0, 1))])
 def test_place_and_heading_are_not_seen(angle, shift):
     clip = motion()
-    seen = windows.channels(clip)
-    np.testing.assert_allclose(windows.channels(moved(clip, angle, shift)), seen, atol=1e-8)
+    values = windows.channels(clip)
+    np.testing.assert_allclose(windows.channels(moved(clip, angle, shift)), values, atol=1e-8)
 
 
 def test_the_height_over_the_floor_is_seen_and_the_floor_may_lie_anywhere():
@@ -104,11 +104,11 @@ def test_gliding_moves_no_joint_in_the_body_but_is_seen():
 
 
 def test_windows_are_cut_every_hop_and_short_clips_have_none():
-    seen = np.arange(100.0)[:, None]
-    cut = windows.windows(seen)
+    values = np.arange(100.0)[:, None]
+    cut = windows.windows(values)
     assert cut.shape == (5, 64, 1)
     assert cut[:, 0, 0].tolist() == [0, 8, 16, 24, 32]
-    assert windows.windows(seen[:63]).shape == (0, 64, 1)
+    assert windows.windows(values[:63]).shape == (0, 64, 1)
     assert len(windows.speeds(windows.channels(motion(63)))) == 0
 
 
@@ -142,52 +142,54 @@ def made_up(channels: int, seed: int = 0) -> tuple[network.Network, train.Autoen
 
 
 def test_numpy_encodes_as_torch_does():
-    made, model = made_up(13)
+    encoder, model = made_up(13)
     cut = np.random.default_rng(1).normal(size=(9, 64, 13)).astype(np.float32)
-    scaled = (cut - made.tensors["input_mean"]) * made.tensors["input_scale"]
+    scaled = (cut - encoder.tensors["input_mean"]) * encoder.tensors["input_scale"]
     signal = torch.from_numpy(scaled.astype(np.float32))
     with torch.no_grad():
         deep = signal.transpose(1, 2)
         for layer in model.down:
             deep = torch.tanh(layer(deep))
-        expected = (deep.mean(dim=2).numpy() - made.tensors["feature_mean"]) * made.tensors["feature_scale"]
+        expected = (deep.mean(dim=2).numpy() - encoder.tensors["feature_mean"]) * encoder.tensors[
+            "feature_scale"
+        ]
     assert deep.shape == (9, 256, 8)
-    np.testing.assert_allclose(made.encode(cut), expected, atol=2e-5)
+    np.testing.assert_allclose(encoder.encode(cut), expected, atol=2e-5)
 
 
 def test_neither_batches_nor_order_matter():
-    made, _ = made_up(13)
+    encoder, _ = made_up(13)
     cut = np.random.default_rng(2).normal(size=(network.BATCH * 2 + 5, 64, 13))
-    whole = made.encode(cut)
+    encoded = encoder.encode(cut)
     order = np.random.default_rng(3).permutation(len(cut))
-    np.testing.assert_allclose(made.encode(cut[order]), whole[order], atol=1e-5)
-    single = np.concatenate([made.encode(cut[at : at + 1]) for at in range(0, len(cut), 20)])
-    np.testing.assert_allclose(single, whole[::20], atol=1e-5)
-    assert (made.encode(cut) == whole).all()
-    assert made.encode(cut[:0]).shape == (0, 256)
+    np.testing.assert_allclose(encoder.encode(cut[order]), encoded[order], atol=1e-5)
+    single = np.concatenate([encoder.encode(cut[at : at + 1]) for at in range(0, len(cut), 20)])
+    np.testing.assert_allclose(single, encoded[::20], atol=1e-5)
+    assert (encoder.encode(cut) == encoded).all()
+    assert encoder.encode(cut[:0]).shape == (0, 256)
 
 
 def test_a_network_is_read_as_it_was_written(tmp_path):
-    made, _ = made_up(13)
-    written = network.write(tmp_path, made.tensors, made.card)
+    encoder, _ = made_up(13)
+    written = network.write(tmp_path, encoder.tensors, encoder.card)
     read = network.find(tmp_path, "made up")
     assert read.hash == written.hash
     assert network.find(tmp_path, "another") is None
     cut = np.random.default_rng(4).normal(size=(3, 64, 13))
-    assert (read.encode(cut) == made.encode(cut)).all()
+    assert (read.encode(cut) == encoder.encode(cut)).all()
 
 
 @pytest.mark.parametrize("damage", ["cut", "swapped", "newer", "no card", "gone"])
 def test_a_damaged_network_is_refused_by_name(tmp_path, damage):
-    made, _ = made_up(13)
-    network.write(tmp_path, made.tensors, made.card)
+    encoder, _ = made_up(13)
+    network.write(tmp_path, encoder.tensors, encoder.card)
     weights, card = network.paths(tmp_path, "made up")
     if damage == "cut":
         weights.write_bytes(weights.read_bytes()[:1000])
     elif damage == "gone":
         weights.unlink()
     elif damage == "swapped":
-        network.write(tmp_path / "other", made_up(13, seed=1)[0].tensors, made.card)
+        network.write(tmp_path / "other", made_up(13, seed=1)[0].tensors, encoder.card)
         weights.write_bytes(network.paths(tmp_path / "other", "made up")[0].read_bytes())
     elif damage == "newer":
         card.write_text(json.dumps({**json.loads(card.read_text()), "schema": 99}))
@@ -272,10 +274,10 @@ def test_the_command_writes_a_network_and_its_card(tmp_path):
     assert result.exit_code == 0, result.output
     assert result.stdout.startswith("dog21: ")
     assert "3 of 3 bodies" in result.stderr
-    made = network.find(tmp_path, "dog21")
-    assert made.hash in result.output
-    assert made.card["dataset"] == str(TINY)
-    assert made.card["characters"]
+    written = network.find(tmp_path, "dog21")
+    assert written.hash in result.output
+    assert written.card["dataset"] == str(TINY)
+    assert written.card["characters"]
 
 
 # -------------------------------------------------------------------------------------------- as shipped

@@ -139,7 +139,7 @@ def test_score_takes_every_value_that_applies() -> None:
 
 def test_golden_rows_are_within_the_bounds_that_cards_declare() -> None:
     declared = declared_values(metric(name) for name in (*METRICS, *SET_METRICS, *TASK_METRICS))
-    seen, outside = set(), []
+    checked, outside = set(), []
     numbers = [
         (parsed(name)[2], text)
         for name, text in read(built_in()).facts.items()
@@ -150,10 +150,12 @@ def test_golden_rows_are_within_the_bounds_that_cards_declare() -> None:
             numbers += [(row.get("value_id"), row.get("value")) for row in csv.DictReader(file)]
     for name, text in numbers:
         if value := declared.get(name):
-            seen.add(value.id)
+            checked.add(value.id)
             outside += [] if value.allows(float(text)) else [(name, text)]
     assert not outside
-    assert seen >= {value.id for name in (*METRICS, *SET_METRICS) for value in metric(name).card.computed}
+    assert checked >= {
+        value.id for name in (*METRICS, *SET_METRICS) for value in metric(name).card.computed
+    }
 
 
 def test_bounds_follow_from_unit_and_direction_unless_declared() -> None:

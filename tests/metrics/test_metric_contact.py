@@ -78,12 +78,12 @@ def by_hand(case: Sides, suffix: str = "") -> dict[str, float]:
             else:
                 t += 1
 
-    def found(side: np.ndarray, t: int, j: int) -> bool:
+    def is_contact(side: np.ndarray, t: int, j: int) -> bool:
         high = [g[k, c, 1] for k in range(frames) for c in (j, j ^ 2) if planted[k, c]]
         return bool(high) and stays(side, t, j, reach) and side[t, j, 1] <= max(high) + R
 
-    contacts = [(t, j) for t in range(frames) for j in range(4) if found(p, t, j)]
-    right = [(t, j) for t, j in contacts if planted[t, j] or pivoting[t, j] or found(g, t, j)]
+    contacts = [(t, j) for t in range(frames) for j in range(4) if is_contact(p, t, j)]
+    right = [(t, j) for t, j in contacts if planted[t, j] or pivoting[t, j] or is_contact(g, t, j)]
     recall, precision = kept / planted.sum(), len(right) / len(contacts)
     return {
         f"contact_recall{suffix}": recall,
@@ -197,9 +197,9 @@ def test_a_foot_held_in_the_air_is_no_plant() -> None:
     assert compute("contact", replace(case, predicted=held))["contact_precision"] == 1.0
     walking = case.expected.positions.copy()
     walking[30:] += np.arange(30)[:, None, None] * [0.1, 0.0, 0.0]
-    gone = case.expected.character.positions(walking, 30.0)
+    positions_only = case.expected.character.positions(walking, 30.0)
     # the reference stays for one more frame, at its end
-    values = compute("contact", replace(case, expected=gone))
+    values = compute("contact", replace(case, expected=positions_only))
     assert values["contact_precision"] == pytest.approx(31 / 60)
     assert values["contact_recall"] == 1.0
 
@@ -259,9 +259,9 @@ def test_labels_found_in_generated_references_are_the_exact_ones() -> None:
     data, hits, true, claimed = Puppets(), 0, 0, 0
     for info in data.cases("retarget", "self")[::4]:
         comparison = Comparison(data.load(info), data.load(info).reference)
-        found, exact = _found_in_reference(comparison), comparison.contact_labels
-        hits += (found & exact.planted).sum()
-        true, claimed = true + exact.planted.sum(), claimed + (found & ~exact.pivoting).sum()
+        detected, exact = _found_in_reference(comparison), comparison.contact_labels
+        hits += (detected & exact.planted).sum()
+        true, claimed = true + exact.planted.sum(), claimed + (detected & ~exact.pivoting).sum()
     assert hits / true > 0.95
     assert hits / claimed > 0.95
 

@@ -48,18 +48,18 @@ def test_primary_rule(seed: int, fps: float) -> None:
 def test_sweeps(seed: int, fps: float) -> None:
     """PAN's eq. 17 (contacts of the reference), 18 (those of the answer there) and 19 (recall)."""
     case = sides(60, seed, fps=fps)
-    found = compute("pan_contact", case)
+    curves = compute("pan_contact", case)
     sweeps = {
         "": [0.05, 0.1, 0.25, 0.5, 1, 2, 4],
         "_h": [0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.008, 0.01],
     }
     for suffix, thresholds in sweeps.items():
         ids = [f"{kind}{suffix}" for kind in ("pan_recall", "pan_contact_precision", "pan_contact_f1")]
-        assert all(set(found[id_]) == {f"{e:g}" for e in thresholds} for id_ in ids)
+        assert all(set(curves[id_]) == {f"{e:g}" for e in thresholds} for id_ in ids)
         for e in thresholds:
             limit = e * case.predicted.character.height if suffix else e**0.5 / 100
             values = rates(labels(case.expected, limit), labels(case.predicted, limit))
-            assert [found[id_][f"{e:g}"] for id_ in ids] == pytest.approx(values, rel=1e-12)
+            assert [curves[id_][f"{e:g}"] for id_ in ids] == pytest.approx(values, rel=1e-12)
 
 
 def planted(case: Sides, seed: int) -> Contacts:
@@ -128,10 +128,10 @@ def test_foot_slide(seed: int, fps: float) -> None:
         limit, feet = 0.003 * side.character.height, index(side.character, FEET)
         speeds = []
         for t in range(1, 60):
-            for mine, theirs in zip(joints, feet, strict=True):
-                before = still(side, theirs, max(t - 1, 1), limit)
-                if before and still(side, theirs, t, limit):
-                    x, _, z = p[t, mine] - p[t - 1, mine]
+            for joint, foot in zip(joints, feet, strict=True):
+                before = still(side, foot, max(t - 1, 1), limit)
+                if before and still(side, foot, t, limit):
+                    x, _, z = p[t, joint] - p[t - 1, joint]
                     speeds.append(hypot(x, z) * fps)
         assert values[f"foot_slide{suffix}"] == pytest.approx(np.mean(speeds) * 100 / 30, rel=1e-9)
         assert values[f"foot_slide_h{suffix}"] == pytest.approx(np.mean(speeds) * 100 / h, rel=1e-9)

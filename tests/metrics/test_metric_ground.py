@@ -48,8 +48,8 @@ def test_against_loops(ground: Ground) -> None:
     feet, gaps = index(body, FEET), []
     for t in range(30):
         if any(case.contacts.planted[t]):
-            mine = lowest(ground, case.predicted.positions[t], feet)
-            gaps.append(max(0.0, mine - lowest(ground, case.expected.positions[t], feet)))
+            predicted_lowest = lowest(ground, case.predicted.positions[t], feet)
+            gaps.append(max(0.0, predicted_lowest - lowest(ground, case.expected.positions[t], feet)))
     assert 0 < len(gaps) < 30
     assert values["floating.rate"] == pytest.approx(100 * sum(g > 0.01 for g in gaps) / len(gaps))
     assert values["floating.mean"] == pytest.approx(100 * np.mean(gaps), rel=1e-9)

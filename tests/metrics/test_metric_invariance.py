@@ -167,8 +167,8 @@ def test_plants_do_not_feel_where_on_a_flat_floor(seed: int, angle: float, x: fl
     case = sides(FRAMES, seed)
     turn = rotation.from_rotation_vector(np.array([0.0, angle, 0.0]))
     before, after = everything(case), everything(alone_moved(case, turn, np.array([x, 0.0, z])))
-    plant = {id_ for id_, family in FAMILY.items() if family == "contact"}
-    assert_same(before, after, plant & set(before))
+    contact_ids = {id_ for id_, family in FAMILY.items() if family == "contact"}
+    assert_same(before, after, contact_ids & set(before))
 
 
 @few

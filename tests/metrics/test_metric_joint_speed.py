@@ -179,8 +179,8 @@ def bow(body: Character, names: tuple[str, ...], per_frame: float) -> Motion:
 
 def test_a_chain_of_another_number_of_joints_turns_as_a_whole() -> None:
     longer = [(name, parent, (0.0, 7.0, 0.0)) for parent, name in pairwise(SPINE)]
-    kept = [(n, SPINE[-1] if p == "Spine2" else p, o) for n, p, o in HUMAN if n not in SPINE[1:]]
-    five, three = character("Five", rig=(*kept[:2], *longer, *kept[2:])), character("Three")
+    rest = [(n, SPINE[-1] if p == "Spine2" else p, o) for n, p, o in HUMAN if n not in SPINE[1:]]
+    five, three = character("Five", rig=(*rest[:2], *longer, *rest[2:])), character("Three")
     assert (len(chain(five.roles, "spine")), len(chain(three.roles, "spine"))) == (5, 3)
     long, short = bow(five, SPINE, 10.0), bow(three, SPINE[:3], 10.0)
     values = compute("joint_speed", Sides(long, short, None))

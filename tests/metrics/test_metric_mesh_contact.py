@@ -23,8 +23,8 @@ LONG = {"LeftHand": (RADIUS, (0.0, 0.0, 0.0)), "Head": (RADIUS, (0.0, 0.0, 0.0))
 
 def hand_off_head(gap: np.ndarray, expected: np.ndarray, turned: bool = False) -> Sides:
     """Two balls, one of a hand and one a head, in frames of 10 per second: between their surfaces ``gap``
-    ``(frames,)`` metres in the prediction and ``wanted`` in the reference, along a line through a vertex of
-    both; in the prediction to the other side of the head where ``turned``."""
+    ``(frames,)`` metres in the prediction and ``expected`` in the reference, along a line through a vertex
+    of both; in the prediction to the other side of the head where ``turned``."""
     body = body_of(LONG, rounds=2)
     size = len(body.mesh.vertices) // 2
     unit = (body.mesh.vertices[:size] - body.mesh.vertices[:size].mean(axis=0)) / RADIUS

@@ -57,14 +57,14 @@ def loop(case: Sides) -> tuple[float, float]:
     bones = 100 * np.linalg.norm(body.skeleton.offsets, axis=1)
     head = ("Spine", "Spine1", "Spine2", "Neck", "Head", "LeftLeg", "LeftFoot", "LeftToeBase")
     height = bones[index(body, head)].sum()
-    (mine, moves), (true, true_moves) = represent(predicted), represent(expected)
+    (own, moves), (true, true_moves) = represent(predicted), represent(expected)
     world, local = [], []
     for start in windows(len(predicted)):
         w = slice(start, start + 120)
         world.append(
-            ((integrate(mine[w], moves[w]) - integrate(true[w], true_moves[w])) ** 2).sum(-1) / height
+            ((integrate(own[w], moves[w]) - integrate(true[w], true_moves[w])) ** 2).sum(-1) / height
         )
-        local.append(((mine[w] - true[w]) ** 2).sum(-1) / height)
+        local.append(((own[w] - true[w]) ** 2).sum(-1) / height)
     return float(np.mean(world)), float(np.mean(local))
 
 

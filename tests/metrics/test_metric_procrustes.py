@@ -90,9 +90,9 @@ def test_acceleration_after_a_fit_of_every_frame(fps: float) -> None:
     fitted = [kabsch(a, b) for a, b in zip(p, g, strict=True)]
     total = 0.0
     for t in range(1, 5):
-        ours = fitted[t + 1] - 2 * fitted[t] + fitted[t - 1]
-        theirs = g[t + 1] - 2 * g[t] + g[t - 1]
-        total += sum(np.sqrt(((a - b) ** 2).sum()) for a, b in zip(ours, theirs, strict=True))
+        own = fitted[t + 1] - 2 * fitted[t] + fitted[t - 1]
+        reference = g[t + 1] - 2 * g[t] + g[t - 1]
+        total += sum(np.sqrt(((a - b) ** 2).sum()) for a, b in zip(own, reference, strict=True))
     expected = total / (4 * p.shape[1]) * (fps / 30.0) ** 2
     assert compute("procrustes", case)["pa_acc.rigid"] == pytest.approx(expected, rel=1e-9)
 

@@ -66,17 +66,17 @@ def test_a_place_that_is_carried_along_has_the_gap_that_it_was_given() -> None:
 
 def test_rigs_drawn_otherwise_touch_alike() -> None:
     """Frames are those of the reference pose, so that it does not matter how a rest pose is drawn."""
-    data, seen = Puppets(), 0
+    data, count = Puppets(), 0
     for info in data.cases("retarget", "intra"):
         case = data.load(info) if info.kind in TOUCHING else None
         if case is None or not case.touches:
             continue
-        seen += sum(touch.rests.any() for touch in case.touches)
+        count += sum(touch.rests.any() for touch in case.touches)
         for answer in (case.reference, case.alternative):
             values = SelfTouch().compute(Comparison(case, answer))
             assert values["touch_gap"] < 100 * 0.01 / case.target.height
             assert values["touch_recall"] == 1.0, info.id
-    assert seen > 8
+    assert count > 8
 
 
 def test_no_touch_no_value() -> None:

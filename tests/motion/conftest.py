@@ -14,5 +14,5 @@ def forked(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> N
     if hasattr(os, "fork") and not request.node.get_closest_marker("processes"):
         monkeypatch.setattr(
             "retarget_bench.motion.files.fbx.content.process",
-            lambda *asked: importlib.import_module("fbx_fork").process(*asked),
+            lambda *arguments: importlib.import_module("fbx_fork").process(*arguments),
         )

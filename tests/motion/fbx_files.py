@@ -322,26 +322,26 @@ def _model(number: int, joint: Joint) -> Node:
 # --------------------------------------------------------------------------------------------- meaning
 def turn(angles: np.ndarray, order: int = 0) -> np.ndarray:
     """``(4, 4)`` of Euler angles in degrees."""
-    found = np.eye(4)
-    found[:3, :3] = Rotation.from_euler(
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_euler(
         ORDERS[order], [angles["xyz".index(a)] for a in ORDERS[order]], True
     ).as_matrix()
-    return found
+    return matrix
 
 
 def moved(by: np.ndarray) -> np.ndarray:
-    found = np.eye(4)
-    found[:3, 3] = by
-    return found
+    matrix = np.eye(4)
+    matrix[:3, 3] = by
+    return matrix
 
 
 def local(joint: Joint, changed: dict[str, np.ndarray] | None = None) -> np.ndarray:
     """``(4, 4)`` by the formula of FBX for the transform of a node."""
-    given = {"T": joint.translation, "R": joint.rotation, "S": joint.scaling} | (changed or {})
-    scale = np.diag([*given["S"], 1.0])
-    turned = turn(joint.pre) @ turn(given["R"], joint.order) @ np.linalg.inv(turn(joint.post))
+    values = {"T": joint.translation, "R": joint.rotation, "S": joint.scaling} | (changed or {})
+    scale = np.diag([*values["S"], 1.0])
+    turned = turn(joint.pre) @ turn(values["R"], joint.order) @ np.linalg.inv(turn(joint.post))
     about = moved(joint.pivot) @ turned @ scale @ moved(-joint.pivot)
-    return moved(given["T"]) @ about
+    return moved(values["T"]) @ about
 
 
 def world(scene: Made, take: str | None = None, time: float = 0.0) -> np.ndarray:
@@ -370,12 +370,12 @@ def pivots(scene: Made, standing: np.ndarray) -> np.ndarray:
 
 def skinned(skin: Skin, standing: np.ndarray) -> np.ndarray:
     """``(vertices, 3)`` vertex by vertex, as the joints carry what was bound to them."""
-    found = np.zeros_like(skin.vertices)
+    vertices = np.zeros_like(skin.vertices)
     for vertex, place in enumerate(skin.vertices):
         for column, joint in enumerate(skin.joints):
             carried = standing[joint] @ np.linalg.inv(skin.bound[joint]) @ skin.mesh
-            found[vertex] += skin.weights[vertex, column] * (carried @ np.append(place, 1.0))[:3]
-    return found
+            vertices[vertex] += skin.weights[vertex, column] * (carried @ np.append(place, 1.0))[:3]
+    return vertices
 
 
 def person(

@@ -14,18 +14,18 @@ from retarget_bench.motion.files.fbx import child
 _POLLED = 0.001
 
 
-def process(given: list[str], seconds: float) -> tuple[int, str]:
+def process(arguments: list[str], seconds: float) -> tuple[int, str]:
     """As ``content.process``, in a copy of this process; memory is limited as that of this process is."""
     if not (pid := os.fork()):
         try:
             child.limit(-1, int(seconds) + 1)
-            child.answer(*map(child.Path, given[:2]), given[2])
+            child.answer(*map(child.Path, arguments[:2]), arguments[2])
         finally:
             os._exit(0)
     end = time.monotonic() + seconds
     while True:
-        done, status = os.waitpid(pid, os.WNOHANG)
-        if done:
+        ended, status = os.waitpid(pid, os.WNOHANG)
+        if ended:
             return os.waitstatus_to_exitcode(status), ""
         if time.monotonic() > end:
             os.kill(pid, signal.SIGKILL)

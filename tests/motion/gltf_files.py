@@ -47,8 +47,8 @@ class Made:
     ) -> None:
         """Tracks: (node, path) -> times and values, or the numbers of their accessors."""
         channels, samplers = [], []
-        for (node, path), given in tracks.items():
-            times, values = (x if isinstance(x, int) else self.array(x) for x in given)
+        for (node, path), track in tracks.items():
+            times, values = (x if isinstance(x, int) else self.array(x) for x in track)
             channels.append({"sampler": len(samplers), "target": {"node": node, "path": path}})
             samplers.append({"input": times, "output": values, "interpolation": how})
         self.add("animations", {"name": name, "channels": channels, "samplers": samplers})
@@ -92,11 +92,11 @@ def matrix(node: dict[str, Any], changed: dict[str, Any] | None = None) -> np.nd
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
     node = node | (changed or {})
-    found = np.eye(4)
+    transform = np.eye(4)
     turn = Rotation.from_quat(node.get("rotation", [0, 0, 0, 1])).as_matrix()
-    found[:3, :3] = turn * np.array(node.get("scale", [1, 1, 1]))
-    found[:3, 3] = node.get("translation", [0, 0, 0])
-    return found
+    transform[:3, :3] = turn * np.array(node.get("scale", [1, 1, 1]))
+    transform[:3, 3] = node.get("translation", [0, 0, 0])
+    return transform
 
 
 def world(asset: Made, changed: dict[int, dict[str, Any]] | None = None) -> list[np.ndarray]:
@@ -128,7 +128,7 @@ def values_of(asset: Made, accessor: int) -> np.ndarray:
 def at(asset: Made, animation: int, time: float) -> dict[int, dict[str, Any]]:
     """Node -> its properties at a time of an animation with LINEAR samplers."""
     item = asset.content["animations"][animation]
-    found: dict[int, dict[str, Any]] = {}
+    by_node: dict[int, dict[str, Any]] = {}
     for channel in item["channels"]:
         sampler = item["samplers"][channel["sampler"]]
         if channel["target"]["path"] == "weights":
@@ -143,8 +143,8 @@ def at(asset: Made, animation: int, time: float) -> dict[int, dict[str, Any]]:
             value = Slerp(times, Rotation.from_quat(values))(time_).as_quat()
         else:
             value = np.array([np.interp(time_, times, column) for column in values.T])
-        found.setdefault(node, {})[path] = value.tolist()
-    return found
+        by_node.setdefault(node, {})[path] = value.tolist()
+    return by_node
 
 
 def skinned(asset: Made, mesh_node: int, transforms: list[np.ndarray]) -> np.ndarray:
@@ -156,12 +156,12 @@ def skinned(asset: Made, mesh_node: int, transforms: list[np.ndarray]) -> np.nda
         values_of(asset, attributes[name]) for name in ("POSITION", "JOINTS_0", "WEIGHTS_0")
     )
     bound = values_of(asset, skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
-    found = np.zeros((len(places), 3))
+    vertices = np.zeros((len(places), 3))
     for vertex, place in enumerate(places):
         for joint, share in zip(joints[vertex].astype(int), weights[vertex], strict=True):
             moved = transforms[skin["joints"][joint]] @ bound[joint] @ np.append(place, 1.0)
-            found[vertex] += share * moved[:3]
-    return found
+            vertices[vertex] += share * moved[:3]
+    return vertices
 
 
 NAMES = (

@@ -59,8 +59,8 @@ def model(random: np.random.Generator, family: Family = SMPLH, vertices: int = 9
     template = places[owner] + 0.03 * random.normal(size=(vertices, 3))
     regressor = np.zeros((len(family), vertices))
     for joint in range(len(family)):
-        mine = np.flatnonzero(owner == joint)
-        regressor[joint, mine] = random.dirichlet(np.ones(len(mine)))
+        own_vertices = np.flatnonzero(owner == joint)
+        regressor[joint, own_vertices] = random.dirichlet(np.ones(len(own_vertices)))
     weights = np.zeros((vertices, len(family)))
     weights[np.arange(vertices), owner] = 0.7
     weights[np.arange(vertices), np.maximum(np.array(family.parents)[owner], 0)] += 0.3
@@ -126,15 +126,15 @@ def features(positions: np.ndarray, headings: np.ndarray) -> np.ndarray:
     """Features ``(frames - 1, 263)`` of positions ``(frames, 22, 3)``, with the body facing ``headings``
     ``(frames,)`` radians from +Z towards +X; numbers that are not decoded are noise."""
     count = len(positions) - 1
-    found = np.random.default_rng(0).normal(size=(count, 263))
+    values = np.random.default_rng(0).normal(size=(count, 263))
     for frame in range(count):
         facing = [np.array([np.cos(h / 2), 0, -np.sin(h / 2), 0]) for h in headings[frame : frame + 2]]
-        found[frame, 0] = np.arcsin(np.sin((headings[frame + 1] - headings[frame]) / -2))
+        values[frame, 0] = np.arcsin(np.sin((headings[frame + 1] - headings[frame]) / -2))
         step = positions[frame + 1, 0] - positions[frame, 0]
         step = turned(facing[1], step)
-        found[frame, 1:3] = step[[0, 2]]
-        found[frame, 3] = positions[frame, 0, 1]
+        values[frame, 1:3] = step[[0, 2]]
+        values[frame, 3] = positions[frame, 0, 1]
         for joint in range(1, len(BODY)):
             away = positions[frame, joint] - positions[frame, 0] * [1, 0, 1]
-            found[frame, 4 + 3 * (joint - 1) : 7 + 3 * (joint - 1)] = turned(facing[0], away)
-    return found
+            values[frame, 4 + 3 * (joint - 1) : 7 + 3 * (joint - 1)] = turned(facing[0], away)
+    return values

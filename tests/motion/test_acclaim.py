@@ -207,7 +207,7 @@ def test_the_rate_is_usual_unless_told(amc):
 
 # ----------------------------------------------------------------------------------------------- faults
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         (":hierarchy", ":hierarchie", r"test.asf:42: :hierarchie is no section"),
         ("     direction 0 2 0", "     direction 0 2", "test.asf:19: expected 3 finite numbers"),
@@ -225,16 +225,16 @@ def test_the_rate_is_usual_unless_told(amc):
         (ASF[ASF.index("  end\n:hierarchy") :], ":hierarchy\nroot spine", "has no 'end'"),
     ],
 )  # fmt: skip
-def test_faults_of_skeletons_are_told_with_their_line(asf, amc, old, new, told):
+def test_faults_of_skeletons_are_told_with_their_line(asf, amc, old, new, message):
     assert ASF.count(old) == 1
     asf.write_text(ASF.replace(old, new))
     for file in (asf, amc):
-        with pytest.raises(FileError, match=told):
+        with pytest.raises(FileError, match=message):
             files.read(file)
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("head 40", "head x", "test_01.amc:7: expected 1 finite number behind 'head', found 'x'"),
         ("head 40", "head nan", "test_01.amc:7: expected 1 finite number"),
@@ -254,10 +254,10 @@ def test_faults_of_skeletons_are_told_with_their_line(asf, amc, old, new, told):
         (AMC, ":DEGREES\n1\n", "test_01.amc:2: frame 1 is empty"),
     ],
 )  # fmt: skip
-def test_faults_of_motions_are_told_with_their_line(amc, old, new, told):
+def test_faults_of_motions_are_told_with_their_line(amc, old, new, message):
     assert AMC.count(old) == 1
     amc.write_text(AMC.replace(old, new))
-    with pytest.raises(FileError, match=told):
+    with pytest.raises(FileError, match=message):
         files.read(amc)
 
 

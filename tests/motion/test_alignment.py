@@ -217,16 +217,16 @@ def test_carried_limbs_agree_with_motionbuilder(real_data, source):
     reference = load(real_data / f"same_pairs/result/{number}.bvh").motion
     body, count = reference.character, min(source_motion.frames, reference.frames)
     turned = from_relative(body, orientations(source_motion, body))[5:count]
-    ours = body.motion(turned, reference.root[5:count], reference.fps)
+    carried = body.motion(turned, reference.root[5:count], reference.fps)
     for limb in LIMBS:
         apart = degrees(
-            directions(body, ours.positions, limb), directions(body, reference.positions[5:count], limb)
+            directions(body, carried.positions, limb), directions(body, reference.positions[5:count], limb)
         )
         assert apart.mean() < looser.get(limb, 4.5), limb
     for role in ("left_forearm", "right_forearm", "left_hand", "right_hand"):
         joint = body.joint_of[role]
         twisted = rotation.angle(
-            ours.global_rotations[:, joint], reference.global_rotations[5:count, joint]
+            carried.global_rotations[:, joint], reference.global_rotations[5:count, joint]
         )
         assert np.degrees(twisted).mean() < 6.0, role
 
@@ -242,8 +242,8 @@ def test_mixamo_characters_exchange_plain_local_rotations(real_data):
         for target in (clip.character for clip in clips.values()):
             turned = from_relative(target, orientations(source, target))
             for role, joint in target.joint_of.items():
-                if (mine := source.character.joint_of.get(role)) is not None:
-                    apart = rotation.angle(turned[:, joint], source.rotations[:, mine])
+                if (source_joint := source.character.joint_of.get(role)) is not None:
+                    apart = rotation.angle(turned[:, joint], source.rotations[:, source_joint])
                     assert np.degrees(apart).max() < 1e-4, (source.character.name, target.name, role)
 
 

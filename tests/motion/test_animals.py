@@ -148,9 +148,9 @@ def test_the_reference_pose_of_a_bird_stands_as_it_rests_with_its_wings_spread()
         joint["head"],
         *chain(body.roles, "tail"),
     ]
-    kept = [joint["hips"], *legs, *trunk]
+    joints = [joint["hips"], *legs, *trunk]
     np.testing.assert_allclose(
-        places[kept] - places[joint["hips"]], rest[kept] - rest[joint["hips"]], atol=1e-9
+        places[joints] - places[joint["hips"]], rest[joints] - rest[joint["hips"]], atol=1e-9
     )
     for side, x in (("left", 1.0), ("right", -1.0)):
         wing = places[joint[f"{side}_hand"]] - places[joint[f"{side}_arm"]]

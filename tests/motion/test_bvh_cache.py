@@ -107,24 +107,24 @@ def test_a_damaged_cache_is_rebuilt(tmp_path: Path, cache: Path, harm: str) -> N
     path = clip(tmp_path)
     document = bvh.parse(path, cache=False)
     bvh.parse(path)
-    kept, known = next(cache.glob("*.bin")), next((cache / "by_path").iterdir())
-    data = kept.read_bytes()
+    stored, entry = next(cache.glob("*.bin")), next((cache / "by_path").iterdir())
+    data = stored.read_bytes()
     if harm == "words":
-        kept.write_bytes(data[:-16] + data[-8:] + data[-16:-8])
+        stored.write_bytes(data[:-16] + data[-8:] + data[-16:-8])
     elif harm == "foreign":
         bvh.parse(other := clip(tmp_path, OTHER, name="other.bvh"))
         assert bvh.parse(other).values[1, 0] == 7.5
-        kept.write_bytes(next(each for each in cache.glob("*.bin") if each != kept).read_bytes())
+        stored.write_bytes(next(each for each in cache.glob("*.bin") if each != stored).read_bytes())
     elif harm == "name":
-        known.unlink()
-        known.write_bytes(b"something else")
+        entry.unlink()
+        entry.write_bytes(b"something else")
     else:
-        kept.unlink()
-        kept.mkdir()
+        stored.unlink()
+        stored.mkdir()
     for _ in range(3):
         assert same(bvh.parse(path), document)
     if harm != "folder":
-        assert kept.read_bytes() == data
+        assert stored.read_bytes() == data
 
 
 @pytest.mark.usefixtures("trusting")
@@ -141,12 +141,12 @@ def test_exchanged_names_are_noticed(tmp_path: Path, cache: Path) -> None:
 def test_every_cut_and_every_flipped_bit_is_noticed(tmp_path: Path, cache: Path) -> None:
     """Also where the tail that is missing adds up to nothing: numbers that are 0."""
     bvh.parse(clip(tmp_path, GOOD.replace(b"1.5 2 3", b"0 0 0")))
-    (kept,) = cache.glob("*.bin")
-    data = kept.read_bytes()
+    (stored,) = cache.glob("*.bin")
+    data = stored.read_bytes()
     for at in range(len(data)):
         for harmed in (data[:at], data[:at] + bytes([data[at] ^ (1 << at % 8)]) + data[at + 1 :]):
-            kept.write_bytes(harmed)
-            assert bvh_cache.load(kept.stem) is None, f"byte {at}"
+            stored.write_bytes(harmed)
+            assert bvh_cache.load(stored.stem) is None, f"byte {at}"
 
 
 def test_another_parser_reads_the_text_anew(

@@ -108,7 +108,7 @@ def test_a_root_without_position_channels_stays_at_its_offset(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    "dress",
+    "rewrite",
     [
         pytest.param(lambda text: text.replace("\n", "\r\n"), id="CRLF"),
         pytest.param(lambda text: text.replace("\n", "\r"), id="CR"),
@@ -139,9 +139,9 @@ def test_a_root_without_position_channels_stays_at_its_offset(tmp_path: Path) ->
         pytest.param(lambda text: text.replace("10 20 30", "1e1 +2.0E+1 30."), id="exponents"),
     ],
 )
-def test_the_same_file_in_other_dress(tmp_path: Path, dress) -> None:
+def test_the_same_file_in_other_dress(tmp_path: Path, rewrite) -> None:
     plain = bvh.parse(save(tmp_path, two_bones()))
-    other = bvh.parse(save(tmp_path, dress(two_bones()), "other.bvh"))
+    other = bvh.parse(save(tmp_path, rewrite(two_bones()), "other.bvh"))
     assert other.hierarchy.names == plain.hierarchy.names
     assert other.hierarchy.channels == plain.hierarchy.channels
     assert other.hierarchy.end_sites == plain.hierarchy.end_sites
@@ -310,9 +310,9 @@ def test_a_dummy_root_is_known_by_name_too(tmp_path: Path) -> None:
     path = save(tmp_path, dummy(["1 2 3 90 0 0 0 0 0", "1 2 3 90 0 0 0 0 5"], f"3 {spell('ZXY')}"))
     assert bvh.read(path).skeleton.names == ("Hips",)
     np.testing.assert_allclose(bvh.read(path).root, [[-9, 2, 3]] * 2, atol=1e-12)
-    kept = bvh.read(path, fold=False)
-    assert kept.skeleton.names == ("joint_Root", "Hips")
-    places, _ = kinematics.forward(kept.skeleton, kept.rotations, kept.root)
+    unfolded = bvh.read(path, fold=False)
+    assert unfolded.skeleton.names == ("joint_Root", "Hips")
+    places, _ = kinematics.forward(unfolded.skeleton, unfolded.rotations, unfolded.root)
     np.testing.assert_allclose(places[:, 1], bvh.read(path).root, atol=1e-12)
 
 

@@ -28,9 +28,9 @@ OWN_RATES = {"Dog_example": 30, "pfnn_hierarchy": 30}
 @pytest.fixture(scope="module")
 def files(real_data: Path) -> list[Path]:
     """All files of the folders named above, of each Mixamo character's 53 clips every sixth."""
-    found = sorted(path for folder in RATES for path in (real_data / folder).rglob("*.bvh"))
-    few = [path for path in found if path.parent.parent.name != "mixamo_san"]
-    return few + [path for path in found if path.parent.parent.name == "mixamo_san"][::6]
+    paths = sorted(path for folder in RATES for path in (real_data / folder).rglob("*.bvh"))
+    few = [path for path in paths if path.parent.parent.name != "mixamo_san"]
+    return few + [path for path in paths if path.parent.parent.name == "mixamo_san"][::6]
 
 
 def plain_places(path: Path, frames: list[int]) -> tuple[dict[str, np.ndarray], int]:
@@ -91,11 +91,11 @@ def test_places_agree_with_a_plain_loop(files: list[Path]) -> None:
         places, _ = kinematics.forward(
             recording.skeleton, recording.rotations[frames], recording.root[frames]
         )
-        wanted = np.stack([expected[name] for name in recording.skeleton.names], axis=1)
-        size = np.ptp(wanted, axis=1).max()
+        expected_positions = np.stack([expected[name] for name in recording.skeleton.names], axis=1)
+        size = np.ptp(expected_positions, axis=1).max()
         # constant position channels may differ from OFFSET in the last printed digits
         np.testing.assert_allclose(
-            places, wanted, atol=3e-5 if "bandai" in str(path) else 1e-10 * size + 1e-9
+            places, expected_positions, atol=3e-5 if "bandai" in str(path) else 1e-10 * size + 1e-9
         )
         assert set(expected) - set(recording.skeleton.names) <= CARRIERS, path
 

@@ -126,11 +126,11 @@ DRESSES = {
 }
 
 
-@pytest.mark.parametrize("dress", DRESSES)
+@pytest.mark.parametrize("rewrite", DRESSES)
 @pytest.mark.parametrize("unit", ["m", "cm", "0.37"])
 @pytest.mark.parametrize("up", ["y", "z", "-x"])
-def test_the_file_holds_the_motion_and_keeps_its_own_hierarchy(tmp_path, dress, unit, up):
-    text, place = DRESSES[dress]
+def test_the_file_holds_the_motion_and_keeps_its_own_hierarchy(tmp_path, rewrite, unit, up):
+    text, place = DRESSES[rewrite]
     path = target(tmp_path / "target.bvh", text, place)
     like = importer.load(path, Reading(unit=unit, up=up))
     motion = performance(like)
@@ -140,7 +140,7 @@ def test_the_file_holds_the_motion_and_keeps_its_own_hierarchy(tmp_path, dress, 
     assert after.hierarchy.names == before.hierarchy.names
     assert after.hierarchy.channels == before.hierarchy.channels
     assert np.array_equal(after.hierarchy.offsets, before.hierarchy.offsets)
-    reading = "relative" if dress.startswith("relative") else "absolute"
+    reading = "relative" if rewrite.startswith("relative") else "absolute"
     back = importer.load(tmp_path / "out.bvh", Reading(unit=unit, up=up, root_place=reading)).motion
     assert back.fps == 48
     size = motion.character.height

@@ -15,7 +15,7 @@ from retarget_bench.motion.transfer import correspondence, from_relative, orient
 
 
 @pytest.mark.parametrize(
-    ("wanted", "given_", "table"),
+    ("target_count", "source_count", "table"),
     [
         (3, 3, [0, 1, 2]),
         (2, 3, [1, 2]),
@@ -29,20 +29,20 @@ from retarget_bench.motion.transfer import correspondence, from_relative, orient
         (0, 3, []),
     ],
 )
-def test_links_are_shared_out_along_the_chain(wanted, given_, table):
-    assert shares(wanted, given_) == table
+def test_links_are_shared_out_along_the_chain(target_count, source_count, table):
+    assert shares(target_count, source_count) == table
 
 
 @given(st.integers(1, 12), st.integers(1, 12))
-def test_shares_rise_and_end_with_the_last(wanted, given_):
-    table = shares(wanted, given_)
+def test_shares_rise_and_end_with_the_last(target_count, source_count):
+    table = shares(target_count, source_count)
     assert table == sorted(table)
-    assert table[-1] == given_ - 1
-    if wanted == given_:
-        assert table == list(range(given_))
+    assert table[-1] == source_count - 1
+    if target_count == source_count:
+        assert table == list(range(source_count))
     for k, link in enumerate(table, 1):  # no other end lies nearer; the hips are the end of link -1
-        ends = [abs(k / wanted - (other + 1) / given_) for other in range(-1, given_)]
-        assert abs(k / wanted - (link + 1) / given_) <= min(ends) + 1e-12
+        ends = [abs(k / target_count - (other + 1) / source_count) for other in range(-1, source_count)]
+        assert abs(k / target_count - (link + 1) / source_count) <= min(ends) + 1e-12
 
 
 def body(*left_out: str, **extra: tuple[str, tuple[float, float, float]]) -> Character:
@@ -90,13 +90,13 @@ def test_what_follows_its_parent_does_not_turn_against_it():
     target = body(Spine_split=("Spine", (0.0, 0.05, 0.0)), Hat=("Head", (0.0, 0.1, 0.0)))
     motion = source.motion(moves, np.zeros((30, 3)), 30.0)
     turned = from_relative(target, orientations(motion, target))
-    names, theirs = target.skeleton.names, source.skeleton.names
+    names, source_names = target.skeleton.names, source.skeleton.names
     for name in ("Spine_split", "Hat"):
         rest = rotation.identity(30)
         assert rotation.angle(turned[:, names.index(name)], rest).max() < 1e-9
     for name in ("LeftForeArm", "Hips", "RightFoot"):
-        ours = turned[:, names.index(name)]
-        assert rotation.angle(ours, moves[:, theirs.index(name)]).max() < 1e-7
+        target_turns = turned[:, names.index(name)]
+        assert rotation.angle(target_turns, moves[:, source_names.index(name)]).max() < 1e-7
 
 
 def test_spines_and_necks_of_other_counts(real_data):

@@ -101,16 +101,18 @@ def load(kind: str, path: Path) -> Motion | PointSets:
 
 
 @st.composite
-def damages(draw: st.DrawFn, whole: bytes) -> bytes:
+def damages(draw: st.DrawFn, content: bytes) -> bytes:
     """Pieces removed, exchanged or put in, near the ends as often as elsewhere; or the end cut off."""
-    data = bytearray(whole)
+    data = bytearray(content)
     if draw(st.integers(0, 4)) == 0:
-        return whole[: draw(st.integers(0, len(whole) - 1))]
-    last = len(whole) - 1
+        return content[: draw(st.integers(0, len(content) - 1))]
+    last = len(content) - 1
     places = st.integers(0, last) | st.integers(0, min(200, last)) | st.integers(max(0, last - 200), last)
     for _ in range(draw(st.integers(1, 3))):
-        at, taken = draw(places), draw(st.integers(0, last))
-        piece = draw(st.sampled_from([*ODD, whole[taken : taken + 8]]) | st.binary(min_size=1, max_size=4))
+        at, start = draw(places), draw(st.integers(0, last))
+        piece = draw(
+            st.sampled_from([*ODD, content[start : start + 8]]) | st.binary(min_size=1, max_size=4)
+        )
         end = at + (len(piece) if draw(st.booleans()) else draw(st.integers(0, 9)))
         data[at:end] = piece
     return bytes(data)

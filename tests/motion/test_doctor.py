@@ -69,10 +69,10 @@ def test_the_saved_reading_is_the_way_out(file, tmp_path):
     proposal = tmp_path / "reading.toml"
     text = doctor.reading_text(load(file))
     assert text.count('"none"  # not understood') == len(lost.not_understood)
-    known = {codes[name]: role for name, role in own_roles().items()}
+    by_code = {codes[name]: role for name, role in own_roles().items()}
     lines = [
-        f'"{name}" = "{known[name]}"'
-        if (name := line.partition('"')[2].partition('"')[0]) in known
+        f'"{name}" = "{by_code[name]}"'
+        if (name := line.partition('"')[2].partition('"')[0]) in by_code
         else line
         for line in text.splitlines()
     ]

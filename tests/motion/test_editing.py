@@ -19,14 +19,14 @@ FULL = body({**fingers(joints=2), **twists(0.0, 0.5)})
 
 def part(seed: int) -> Character:
     """A tenth of all joints cut off with what hangs from them, and a tenth of all bones without length."""
-    draw, whole, kept = np.random.default_rng(seed), FULL.skeleton, [0]
-    for joint in range(1, len(whole)):
-        if whole.parents[joint] in kept and draw.random() < 0.9:
+    draw, full, kept = np.random.default_rng(seed), FULL.skeleton, [0]
+    for joint in range(1, len(full)):
+        if full.parents[joint] in kept and draw.random() < 0.9:
             kept.append(joint)
-    parents = np.array([-1, *(kept.index(int(whole.parents[joint])) for joint in kept[1:])])
+    parents = np.array([-1, *(kept.index(int(full.parents[joint])) for joint in kept[1:])])
     lengths = np.where(draw.random(len(kept)) < 0.1, 0.0, 1.0)
-    offsets = whole.offsets[kept] * lengths[:, None]
-    return Character.of(f"part {seed}", Skeleton(tuple(whole.names[j] for j in kept), parents, offsets))
+    offsets = full.offsets[kept] * lengths[:, None]
+    return Character.of(f"part {seed}", Skeleton(tuple(full.names[j] for j in kept), parents, offsets))
 
 
 BODIES = [
@@ -49,7 +49,7 @@ def still(source: Prediction, target: Character) -> Motion:
 @given(
     pair=st.tuples(st.sampled_from(BODIES), st.sampled_from(BODIES)),
     frames=st.sampled_from([0, 1, 2, 3, 20]),
-    wanted=st.builds(
+    edit=st.builds(
         Edits,
         start=st.sampled_from(["keep", "cut", "ease"]),
         root_motion=st.sampled_from(["keep", "in-place", "x", "-z"]),
@@ -58,17 +58,17 @@ def still(source: Prediction, target: Character) -> Motion:
     seed=st.integers(0, 99),
 )
 @examples(40)
-def test_any_bodies_and_lengths_give_finite_motions_of_as_many_frames(pair, frames, wanted, seed):
+def test_any_bodies_and_lengths_give_finite_motions_of_as_many_frames(pair, frames, edit, seed):
     source, target = wiggle(pair[0], frames, seed), pair[1]
-    answer, notes = edits.edited(source, target, wanted, still)
+    answer, notes = edits.edited(source, target, edit, still)
     assert answer.character is target
-    assert answer.frames == edits.begun(source, wanted).frames
-    if wanted.start != "cut":
+    assert answer.frames == edits.begun(source, edit).frames
+    if edit.start != "cut":
         assert answer.frames == frames
     assert np.isfinite(answer.positions).all()
     np.testing.assert_allclose(np.linalg.norm(answer.rotations, axis=-1), 1.0, atol=1e-9)
     assert all(note.endswith(("are relaxed", "were in the floor")) for note in notes)
-    assert edits.compared(source, wanted).frames == answer.frames
+    assert edits.compared(source, edit).frames == answer.frames
     assert isinstance(legs.guess(pair[0], target), str)
 
 
@@ -76,7 +76,7 @@ def test_without_anything_to_edit_the_answer_is_the_method_s():
     plain = body()
     source = gait(plain).at(slice(0, 20))
     answer = gait(plain, 20, seed=3)
-    found, notes = edits.edited(source, plain, edits.USUAL, lambda *_: answer)
+    edited, notes = edits.edited(source, plain, edits.USUAL, lambda *_: answer)
     assert notes == []
-    np.testing.assert_array_equal(found.rotations, answer.rotations)
-    np.testing.assert_array_equal(found.root, answer.root)
+    np.testing.assert_array_equal(edited.rotations, answer.rotations)
+    np.testing.assert_array_equal(edited.root, answer.root)

@@ -37,8 +37,8 @@ def curled(character: Character) -> np.ndarray:
 @pytest.mark.parametrize("side", ["left", "right"])
 @pytest.mark.parametrize("finger", list(FINGERS)[1:])
 def test_fingers_of_a_relaxed_hand_are_bent_down_by_so_much(side, finger):
-    found = bends(FULL, curled(FULL), side, finger)
-    np.testing.assert_allclose(found, np.cumsum(editing.RELAXED[finger.lower()])[:2], atol=1e-6)
+    angles = bends(FULL, curled(FULL), side, finger)
+    np.testing.assert_allclose(angles, np.cumsum(editing.RELAXED[finger.lower()])[:2], atol=1e-6)
 
 
 @pytest.mark.parametrize("side", ["left", "right"])

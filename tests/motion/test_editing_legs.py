@@ -71,9 +71,9 @@ def test_how_bodies_stand():
 @pytest.mark.parametrize("method", ["copy_rotations", "ik"])
 def test_a_bird_walks_as_level_as_it_rests(wings, method):
     bird = hen(wings)
-    with pytest.warns(UserWarning, match="hen stands level on two legs, as birds do") as told:
+    with pytest.warns(UserWarning, match="hen stands level on two legs, as birds do") as caught:
         answer = rb.retarget(gait(PERSON), bird, method)
-    assert len([each for each in told if "guess" in str(each.message)]) == 1
+    assert len([each for each in caught if "guess" in str(each.message)]) == 1
     rest = np.degrees(np.arctan2(0.06, 0.16))
     assert np.abs(pitch(answer, "Chest", "Hips") - rest).max() < 8.0
     assert lowest(answer, "head") > 0.3
@@ -115,17 +115,17 @@ def test_bodies_of_one_stance_are_taken_as_they_are():
 
 
 def test_learned_methods_see_the_common_reference_pose():
-    seen: list[Character] = []
+    characters: list[Character] = []
 
     def answer(source, target):
-        seen.extend((source.character, target))
+        characters.extend((source.character, target))
         return target.motion(np.repeat(target.reference_pose[None], source.frames, 0), source.root, 30.0)
 
     for posed in (True, False):
         edits.edited(gait(PERSON), DOG, edits.USUAL, answer, posed)
-    assert seen[1] is not DOG
-    assert seen[-1] is DOG
-    assert seen[-2] is PERSON
+    assert characters[1] is not DOG
+    assert characters[-1] is DOG
+    assert characters[-2] is PERSON
 
 
 @given(angle=st.floats(0.3, 1.6), method=st.sampled_from(["copy_rotations", "ik"]))
@@ -139,9 +139,9 @@ def test_a_stoop_leaves_no_head_and_no_paw_in_the_floor(angle, method):
 def test_the_floor_is_what_keeps_the_head_up():
     source = stooped(1.5)
     plain = registry.create("methods", "copy_rotations")
-    theirs, ours = legs.alike(source.character, DOG)
-    source = theirs.motion(source.rotations, source.root, 30.0)
-    copied = plain.retarget(source, ours, context=Context())
+    source_body, target_body = legs.alike(source.character, DOG)
+    source = source_body.motion(source.rotations, source.root, 30.0)
+    copied = plain.retarget(source, target_body, context=Context())
     assert lowest(DOG.motion(copied.rotations, copied.root, 30.0), "head") < -0.05
     raised = floor.above(DOG.motion(copied.rotations, copied.root, 30.0))
     assert lowest(raised, "head") > -2e-3
@@ -209,12 +209,12 @@ def test_what_is_as_deep_as_in_its_source_stays_as_it_is():
     assert floor.no_deeper(deep, deep) is deep
 
 
-@given(theirs=st.floats(-2.0, 2.0), ours=st.floats(-2.0, 2.0))
+@given(source_lift=st.floats(-2.0, 2.0), target_lift=st.floats(-2.0, 2.0))
 @examples(5)
-def test_depth_is_below_the_floor_that_feet_stand_on(theirs, ours):
+def test_depth_is_below_the_floor_that_feet_stand_on(source_lift, target_lift):
     """Where the floor of a file lies changes nothing."""
     source, copied = bowed(PERSON), bowed(LONG)
     expected = floor.no_deeper(copied, source)
     assert expected is not copied
-    raised = floor.no_deeper(moved(copied, ours), moved(source, theirs))
-    np.testing.assert_allclose(moved(raised, -ours).positions, expected.positions, atol=1e-6)
+    raised = floor.no_deeper(moved(copied, target_lift), moved(source, source_lift))
+    np.testing.assert_allclose(moved(raised, -target_lift).positions, expected.positions, atol=1e-6)

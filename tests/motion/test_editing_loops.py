@@ -61,12 +61,12 @@ def test_a_continued_loop_repeats_moved_by_its_step(turn, frames):
 @examples(25)
 def test_a_loop_is_one_at_every_rate_and_lasts_as_long_to_half_a_frame(fps, turn):
     motion = gait(BODY, 32, turn=turn)
-    found = loops.resampled(motion, fps)
-    assert loops.is_loop(found)
-    assert loops.gap(found).angle < 1e-6
-    assert found.fps == fps
-    assert abs((found.frames - 1) / fps - 31 / 30.0) <= 0.5 / fps + 1e-9
-    np.testing.assert_allclose(found.root[[0, -1]], motion.root[[0, -1]], atol=1e-12)
+    resampled = loops.resampled(motion, fps)
+    assert loops.is_loop(resampled)
+    assert loops.gap(resampled).angle < 1e-6
+    assert resampled.fps == fps
+    assert abs((resampled.frames - 1) / fps - 31 / 30.0) <= 0.5 / fps + 1e-9
+    np.testing.assert_allclose(resampled.root[[0, -1]], motion.root[[0, -1]], atol=1e-12)
 
 
 def test_rates_of_other_motions_and_whole_steps_are_the_usual_ones():
@@ -86,11 +86,11 @@ def test_closing_makes_ends_agree_and_leaves_the_middle(seed, size):
     off = rotation.from_rotation_vector(size * draw.normal(size=(len(BODY.skeleton), 3)))
     rotations, root = np.array(motion.rotations), np.array(motion.root)
     rotations[-1], root[-1, 1] = multiply(rotations[-1], off), root[-1, 1] + size
-    found = loops.closed(BODY.motion(rotations, root, 30.0))
-    gap = loops.gap(found)
+    closed = loops.closed(BODY.motion(rotations, root, 30.0))
+    gap = loops.gap(closed)
     assert max(gap.angle, abs(gap.height)) < 1e-6
-    np.testing.assert_array_equal(found.root[10:-10], root[10:-10])
-    np.testing.assert_allclose(rotation.angle(found.rotations[10:-10], rotations[10:-10]), 0.0, atol=1e-7)
+    np.testing.assert_array_equal(closed.root[10:-10], root[10:-10])
+    np.testing.assert_allclose(rotation.angle(closed.rotations[10:-10], rotations[10:-10]), 0.0, atol=1e-7)
 
 
 @pytest.mark.parametrize("fps", [30.0, 24.0, 17.3])

@@ -23,11 +23,11 @@ def local(positions: np.ndarray) -> np.ndarray:
 
 def test_in_place_takes_the_path_and_leaves_heights_and_pose():
     motion = gait(BODY, turn=1.0)
-    found = path.in_place(motion)
-    np.testing.assert_allclose(found.root[:, [0, 2]], np.repeat(motion.root[:1, [0, 2]], motion.frames, 0))
-    np.testing.assert_allclose(found.root[:, 1], motion.root[:, 1])
-    np.testing.assert_allclose(found.rotations, motion.rotations)
-    np.testing.assert_allclose(path.in_place(found).root, found.root)
+    placed = path.in_place(motion)
+    np.testing.assert_allclose(placed.root[:, [0, 2]], np.repeat(motion.root[:1, [0, 2]], motion.frames, 0))
+    np.testing.assert_allclose(placed.root[:, 1], motion.root[:, 1])
+    np.testing.assert_allclose(placed.rotations, motion.rotations)
+    np.testing.assert_allclose(path.in_place(placed).root, placed.root)
 
 
 def test_in_place_holds_the_hips_where_these_are_not_the_root():
@@ -43,8 +43,8 @@ def test_in_place_holds_the_hips_where_these_are_not_the_root():
         [np.tile(rotation.identity(), (plain.frames, 1, 1)), plain.rotations], axis=1
     )
     sway = np.stack([0.1 * np.sin(np.arange(plain.frames)), 0 * plain.root[:, 1], plain.root[:, 2]], axis=1)
-    found = path.in_place(character.motion(rotations, sway, 30.0))
-    hips = found.positions[:, character.joint_of["hips"]]
+    placed = path.in_place(character.motion(rotations, sway, 30.0))
+    hips = placed.positions[:, character.joint_of["hips"]]
     assert np.ptp(hips[:, [0, 2]], axis=0).max() < 1e-12
 
 
@@ -53,27 +53,27 @@ def test_in_place_holds_the_hips_where_these_are_not_the_root():
 def test_along_an_axis_the_character_travels_there_from_the_same_place(axis, turn, x):
     motion = gait(BODY, speed=2.0)
     motion = path.moved(motion, turn, motion.root[0], np.array([x, 0.0, -x]))
-    found = path.along(motion, axis)
-    way = found.root[-1, [0, 2]] - found.root[0, [0, 2]]
+    placed = path.along(motion, axis)
+    way = placed.root[-1, [0, 2]] - placed.root[0, [0, 2]]
     np.testing.assert_allclose(way / np.linalg.norm(way), AXES[axis], atol=1e-9)
-    np.testing.assert_allclose(found.root[0], motion.root[0], atol=1e-12)
-    np.testing.assert_allclose(found.root[:, 1], motion.root[:, 1])
-    sizes = [np.linalg.norm(local(each.positions), axis=-1) for each in (found, motion)]
+    np.testing.assert_allclose(placed.root[0], motion.root[0], atol=1e-12)
+    np.testing.assert_allclose(placed.root[:, 1], motion.root[:, 1])
+    sizes = [np.linalg.norm(local(each.positions), axis=-1) for each in (placed, motion)]
     np.testing.assert_allclose(*sizes, atol=1e-9)
-    np.testing.assert_allclose(found.positions[..., 1], motion.positions[..., 1], atol=1e-9)
+    np.testing.assert_allclose(placed.positions[..., 1], motion.positions[..., 1], atol=1e-9)
 
 
 @pytest.mark.parametrize("axis", AXES)
 def test_a_motion_on_the_spot_faces_along_the_axis(axis):
     motion = gait(BODY, speed=0.05)
     motion = path.moved(motion, 0.7, motion.root[0], np.zeros(3))
-    found = path.along(motion, axis)
-    front = facing.facing(found.positions[:1], BODY)[0]
+    placed = path.along(motion, axis)
+    front = facing.facing(placed.positions[:1], BODY)[0]
     np.testing.assert_allclose([front.imag, front.real], AXES[axis], atol=1e-9)
 
 
 def test_paths_keep_loops():
     motion = gait(BODY, turn=0.5)
-    for wanted in ("in-place", "x", "-z"):
-        assert loops.is_loop(path.edited(motion, wanted))
+    for option in ("in-place", "x", "-z"):
+        assert loops.is_loop(path.edited(motion, option))
     assert path.edited(motion, "keep") is motion

@@ -40,12 +40,12 @@ def walk(frames: int = 60, turn: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
 @examples(15)
 def test_a_t_pose_elsewhere_is_found_with_its_frames_and_its_jump(frames, x, turn):
     motion = joined(posed(frames, (x, 1.0, -x), turn), walk())
-    found = start.find(motion)
-    assert found is not None
-    assert (found.frames, found.cuts, found.t_pose) == (frames, (frames,), True)
+    beginning = start.find(motion)
+    assert beginning is not None
+    assert (beginning.frames, beginning.cuts, beginning.t_pose) == (frames, (frames,), True)
     away = np.linalg.norm(motion.positions[frames] - motion.positions[frames - 1], axis=1).mean()
-    assert found.jump == pytest.approx(away)
-    cut = start.cut(motion, found)
+    assert beginning.jump == pytest.approx(away)
+    cut = start.cut(motion, beginning)
     np.testing.assert_array_equal(cut.root, motion.root[frames:])
     np.testing.assert_array_equal(cut.rotations, motion.rotations[frames:])
 
@@ -77,11 +77,11 @@ def test_a_teleport_without_a_t_pose_is_one_too():
     rotations, root = walk(60)
     root = root.copy()
     root[:3] += [4.87, 0.0, 0.0]
-    found = start.find(BODY.motion(rotations, root, 30.0))
-    assert (found.frames, found.t_pose) == (3, False)
-    assert found.jump == pytest.approx(4.87, abs=0.1)
-    assert str(found).startswith("the first 3 frames are elsewhere, and joints are 4.8")
-    eased = start.eased(BODY.motion(rotations, root, 30.0), found)
+    beginning = start.find(BODY.motion(rotations, root, 30.0))
+    assert (beginning.frames, beginning.t_pose) == (3, False)
+    assert beginning.jump == pytest.approx(4.87, abs=0.1)
+    assert str(beginning).startswith("the first 3 frames are elsewhere, and joints are 4.8")
+    eased = start.eased(BODY.motion(rotations, root, 30.0), beginning)
     assert np.linalg.norm(np.diff(eased.root, axis=0), axis=1).max() < 0.1
 
 
@@ -93,12 +93,12 @@ def test_a_t_pose_that_is_left_smoothly_lasts_until_the_arms_are_down():
         arm = BODY.joint_of[f"{side}_arm"]
         down[0][:, arm] = rotation.multiply(turn, down[0][:, arm])
     motion = joined(still, down)
-    found = start.find(motion)
-    assert (found.cuts, found.jump, found.t_pose) == ((), 0.0, True)
-    assert found.frames == 40
-    assert start.eased(motion, found) is motion
-    assert str(found) == "the first 40 frames hold a T-pose and leave it"
-    assert found.options == ("start=cut",), "there is nothing to ease"
+    beginning = start.find(motion)
+    assert (beginning.cuts, beginning.jump, beginning.t_pose) == ((), 0.0, True)
+    assert beginning.frames == 40
+    assert start.eased(motion, beginning) is motion
+    assert str(beginning) == "the first 40 frames hold a T-pose and leave it"
+    assert beginning.options == ("start=cut",), "there is nothing to ease"
 
 
 def lowered(frames: int, arms: float, forward: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -123,20 +123,20 @@ def between(first: tuple[np.ndarray, np.ndarray], last: tuple[np.ndarray, np.nda
 @pytest.mark.parametrize(("arms", "forward", "hold"), [(20.0, 0.0, 15), (25.0, 20.0, 60), (38.0, 0.0, 30)])
 def test_a_t_pose_as_actors_hold_it_is_found(arms, forward, hold):
     still, down = lowered(hold, arms, forward), lowered(30, 75.0)
-    found = start.find(joined(still, between(still, down, 20), down, between(down, walk(), 20), walk()))
-    assert (found.cuts, found.t_pose, found.held) == ((), True, "T-pose")
-    assert hold <= found.frames <= hold + 20
+    beginning = start.find(joined(still, between(still, down, 20), down, between(down, walk(), 20), walk()))
+    assert (beginning.cuts, beginning.t_pose, beginning.held) == ((), True, "T-pose")
+    assert hold <= beginning.frames <= hold + 20
 
 
 def test_a_t_pose_that_is_held_after_a_cut_is_part_of_the_start():
     still, down = lowered(40, 20.0), lowered(30, 75.0)
     motion = joined(posed(1, (3.0, 1.0, 0.0)), still, between(still, down, 20), down)
-    found = start.find(motion)
-    assert (found.cuts, found.t_pose, found.held) == ((1,), True, "T-pose")
-    assert 41 <= found.frames <= 61
-    assert "; the next " in str(found)
-    assert start.find(start.cut(motion, found)) is None, "nothing of it is left"
-    eased = start.eased(motion, found)
+    beginning = start.find(motion)
+    assert (beginning.cuts, beginning.t_pose, beginning.held) == ((1,), True, "T-pose")
+    assert 41 <= beginning.frames <= 61
+    assert "; the next " in str(beginning)
+    assert start.find(start.cut(motion, beginning)) is None, "nothing of it is left"
+    eased = start.eased(motion, beginning)
     assert eased.frames == motion.frames
     assert np.linalg.norm(np.diff(eased.positions, axis=0), axis=-1).max() < 0.15
 
@@ -151,8 +151,8 @@ def test_poses_that_belong_to_a_motion_are_no_start():
     swinging = np.concatenate([lowered(1, 20.0 + 15.0 * np.sin(k / 4.0))[0] for k in range(60)])
     assert start.find(joined((swinging, lowered(60, 0.0)[1]), moving)) is None, "wings, not held"
     still = lowered(60, 20.0)
-    whole = joined(moving, between(moving, still, 20), still, between(still, moving, 20), moving)
-    assert start.find(whole) is None, "a T-pose in the middle is performed"
+    motion = joined(moving, between(moving, still, 20), still, between(still, moving, 20), moving)
+    assert start.find(motion) is None, "a T-pose in the middle is performed"
 
 
 def drooping(degrees: float) -> Character:
@@ -174,11 +174,11 @@ def test_a_rest_pose_that_is_held_is_a_start_unless_arms_hang_in_it(degrees, hel
     moving = gait(rig, 60)
     still = rotation.identity(30, len(rig.skeleton)), np.repeat(moving.root[:1], 30, axis=0)
     parts = [still, between(still, (moving.rotations, moving.root), 20), (moving.rotations, moving.root)]
-    found = start.find(rig.motion(*(np.concatenate(each) for each in zip(*parts, strict=True)), 30.0))
-    assert (found.held if found else "") == held
-    if found:
-        assert 30 <= found.frames <= 50
-        assert str(found) == f"the first {found.frames} frames hold a rest pose and leave it"
+    beginning = start.find(rig.motion(*(np.concatenate(each) for each in zip(*parts, strict=True)), 30.0))
+    assert (beginning.held if beginning else "") == held
+    if beginning:
+        assert 30 <= beginning.frames <= 50
+        assert str(beginning) == f"the first {beginning.frames} frames hold a rest pose and leave it"
 
 
 def test_motions_without_such_a_start_have_none():
@@ -193,12 +193,12 @@ def test_motions_without_such_a_start_have_none():
 
 def test_positions_can_be_cut_and_not_eased():
     motion = joined(posed(1, (5.0, 1.0, 0.0)), walk())
-    known = BODY.positions(motion.positions, 30.0)
-    found = start.find(known)
-    assert found == start.find(motion)
-    assert start.cut(known, found).frames == 60
+    positions = BODY.positions(motion.positions, 30.0)
+    beginning = start.find(positions)
+    assert beginning == start.find(motion)
+    assert start.cut(positions, beginning).frames == 60
     with pytest.raises(NotSupported, match="cut it instead"):
-        start.eased(known, found)
+        start.eased(positions, beginning)
 
 
 JUMPS = {
@@ -215,12 +215,12 @@ def test_the_sources_of_same_begin_with_one_frame_in_t_pose(real_data, file):
     if not path.exists():
         pytest.skip(f"{path} is not there")
     motion = importer.load(path).motion
-    found = start.find(motion)
-    assert (found.cuts, found.t_pose) == ((1,), True)
+    beginning = start.find(motion)
+    assert (beginning.cuts, beginning.t_pose) == ((1,), True)
     actor = file.startswith("lafan1")  # who goes on to hold a T-pose for two seconds
-    assert (found.held, found.frames > 60) == (("T-pose", True) if actor else ("", False))
-    assert found.jump == pytest.approx(JUMPS[file], abs=0.006)
-    assert start.find(start.cut(motion, found)) is None
-    eased, rest = start.eased(motion, found), start.cut(motion, found)
+    assert (beginning.held, beginning.frames > 60) == (("T-pose", True) if actor else ("", False))
+    assert beginning.jump == pytest.approx(JUMPS[file], abs=0.006)
+    assert start.find(start.cut(motion, beginning)) is None
+    eased, rest = start.eased(motion, beginning), start.cut(motion, beginning)
     steps, usual = (np.linalg.norm(np.diff(each.positions, axis=0), axis=-1) for each in (eased, rest))
     assert steps.max() < max(0.15, 1.5 * usual.max())

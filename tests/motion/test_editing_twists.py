@@ -29,8 +29,8 @@ def turned(character: Character, role: str, vector: np.ndarray) -> Motion:
 
 def about_bone(motion: Motion, bone: str, joint: str) -> np.ndarray:
     """Degrees that a joint is turned against another, which have the same axes at reference, about +X."""
-    seen, names = transfer.relative(motion), motion.skeleton.names
-    turn = rotation.multiply(rotation.conjugate(seen[:, names.index(bone)]), seen[:, names.index(joint)])
+    turns, names = transfer.relative(motion), motion.skeleton.names
+    turn = rotation.multiply(rotation.conjugate(turns[:, names.index(bone)]), turns[:, names.index(joint)])
     return np.degrees(Rotation.from_quat(turn[:, [1, 2, 3, 0]]).as_rotvec()[:, 0])
 
 
@@ -81,8 +81,8 @@ def test_a_twist_beyond_half_a_turn_goes_on():
     source = turned(PLAIN, "left_hand", ramp)
     turn = transfer.relative(source)
     joints = PLAIN.joints(["left_forearm", "left_hand"])
-    found = editing.twist(*(turn[:, joint] for joint in joints), np.array([1.0, 0.0, 0.0]))
-    np.testing.assert_allclose(found, ramp[:, 0], atol=1e-9)
+    angles = editing.twist(*(turn[:, joint] for joint in joints), np.array([1.0, 0.0, 0.0]))
+    np.testing.assert_allclose(angles, ramp[:, 0], atol=1e-9)
 
 
 def test_nothing_else_moves():
@@ -90,8 +90,8 @@ def test_nothing_else_moves():
     answer, plain = (rb.retarget(source, target, "ik") for target in (TWISTED, PLAIN))
     shared = [TWISTED.skeleton.index(name) for name in PLAIN.skeleton.names]
     np.testing.assert_allclose(answer.positions[:, shared], plain.positions, atol=1e-9)
-    own, theirs = transfer.relative(answer)[:, shared], transfer.relative(plain)
-    np.testing.assert_allclose(rotation.angle(own, theirs), 0.0, atol=1e-6)
+    own, plain_turns = transfer.relative(answer)[:, shared], transfer.relative(plain)
+    np.testing.assert_allclose(rotation.angle(own, plain_turns), 0.0, atol=1e-6)
 
 
 def test_twist_bones_below_each_other_or_in_the_limb_take_the_same():
@@ -175,16 +175,17 @@ def test_shares_are_those_of_iclone_s_own_twist_bones(real_data, bone, side):
     if not path.exists():
         pytest.skip(f"{path} is not there")
     motion = importer.load(path).motion
-    ours = editing.shared(motion, np.ones(len(motion.skeleton), dtype=bool))
+    shared = editing.shared(motion, np.ones(len(motion.skeleton), dtype=bool))
     for name in [f"CC_Base_{side}_{bone}Twist{number:02d}" for number in (1, 2)]:
         each = next(
             one for one in editing.find(motion.character) if motion.skeleton.names[one.joint] == name
         )
-        seen, found = (transfer.relative(one) for one in (motion, ours))
+        turns, shared_turns = (transfer.relative(one) for one in (motion, shared))
         pair = each.bone if each.end else (each.above, each.bone[0])
-        whole = editing.twist(*(seen[:, joint] for joint in pair), each.axis)
+        total = editing.twist(*(turns[:, joint] for joint in pair), each.axis)
         shares = [
-            editing.twist(one[:, each.bone[0]], one[:, each.joint], each.axis) for one in (seen, found)
+            editing.twist(one[:, each.bone[0]], one[:, each.joint], each.axis)
+            for one in (turns, shared_turns)
         ]
-        off = np.diff(shares, axis=0)[0].std() / whole.std()
+        off = np.diff(shares, axis=0)[0].std() / total.std()
         assert off < 0.17, name

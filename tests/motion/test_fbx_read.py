@@ -64,19 +64,19 @@ def agrees(
     ],
 )
 def test_binary_and_ascii_files_of_all_versions(tmp_path, random, kind):
-    made = person(random)
-    recording = files.read(made.save(tmp_path / "one.fbx", **kind))
+    figure = person(random)
+    recording = files.read(figure.save(tmp_path / "one.fbx", **kind))
     assert (len(recording.skeleton), len(recording.root), recording.fps) == (16, 12, 30.0)
     assert (recording.unit, recording.up, recording.doubts) == ("cm", "y", ())
     assert recording.skin is not None
     assert recording.skin().faces.shape == (7, 3)
-    agrees(recording, made)
+    agrees(recording, figure)
 
 
 @pytest.mark.parametrize("order", range(6))
 def test_every_rotation_order(tmp_path, random, order):
-    made = person(random, order=order, frames=4)
-    agrees(files.read(made.save(tmp_path / "one.fbx")), made)
+    figure = person(random, order=order, frames=4)
+    agrees(files.read(figure.save(tmp_path / "one.fbx")), figure)
 
 
 def test_post_rotations_pivots_and_nodes_above(tmp_path, random):
@@ -85,65 +85,65 @@ def test_post_rotations_pivots_and_nodes_above(tmp_path, random):
         Joint("scene", kind="Null", scaling=np.full(3, 2.0), translation=np.array([3.0, 0.0, -7.0])),
         Joint("Armature", 0, kind="Null", rotation=turned, scaling=np.full(3, 0.5)),
     )
-    made = person(random, above=above, skin=False)
-    for joint in made.joints[2:]:
+    figure = person(random, above=above, skin=False)
+    for joint in figure.joints[2:]:
         joint.post, joint.pivot = random.uniform(-90, 90, 3), random.normal(scale=5, size=3)
-    fbx_files.stand_up(made, 2, 100.0)
-    dress(made, random, 2)
-    recording = files.read(made.save(tmp_path / "one.fbx"))
+    fbx_files.stand_up(figure, 2, 100.0)
+    dress(figure, random, 2)
+    recording = files.read(figure.save(tmp_path / "one.fbx"))
     assert recording.skeleton.names[0] == "Hips"
-    agrees(recording, made)
+    agrees(recording, figure)
 
 
 def test_joints_that_do_not_inherit_their_parents_scale(tmp_path, random):
-    made = person(random, skin=False)
-    made.joints[0].scaling, made.joints[1].scaling = np.full(3, 1.5), np.full(3, 1.25)
-    for joint in made.joints:
+    figure = person(random, skin=False)
+    figure.joints[0].scaling, figure.joints[1].scaling = np.full(3, 1.5), np.full(3, 1.25)
+    for joint in figure.joints:
         joint.inherit = 2
-    dress(made, random, 0)
-    agrees(files.read(made.save(tmp_path / "one.fbx")), made)
+    dress(figure, random, 0)
+    agrees(files.read(figure.save(tmp_path / "one.fbx")), figure)
 
 
 def test_the_skeleton_stands_as_its_skin_was_bound(tmp_path, random):
-    made = person(random)
-    bound = world(made)[:16, :3, 3]
-    for joint in made.joints[:16]:
+    figure = person(random)
+    bound = world(figure)[:16, :3, 3]
+    for joint in figure.joints[:16]:
         joint.rotation = joint.rotation + random.uniform(-40, 40, 3)  # a frame of some take
-    recording = files.read(made.save(tmp_path / "one.fbx"))
+    recording = files.read(figure.save(tmp_path / "one.fbx"))
     away = recording.skeleton.rest_positions - recording.skeleton.offsets[0]
-    order = [[joint.name for joint in made.joints].index(name) for name in recording.skeleton.names]
+    order = [[joint.name for joint in figure.joints].index(name) for name in recording.skeleton.names]
     np.testing.assert_allclose(away, bound[order] - bound[0], atol=1e-6)
-    agrees(recording, made)
+    agrees(recording, figure)
 
 
 def test_a_mesh_that_hangs_on_a_joint(tmp_path, random):
-    made = person(random, skin=False)
-    head = [joint.name for joint in made.joints].index("Head")
-    made.joints.append(
+    figure = person(random, skin=False)
+    head = [joint.name for joint in figure.joints].index("Head")
+    figure.joints.append(
         Joint("hat", head, np.array([0.0, 12.0, 3.0]), np.array([10.0, 20.0, 30.0]), kind="Mesh")
     )
     hat = random.normal(scale=10, size=(5, 3))
-    made.skins.append(Skin(len(made.joints) - 1, hat, [[0, 1, 2, 3, 4]], np.zeros((5, 0)), [], {}))
-    recording = files.read(made.save(tmp_path / "one.fbx"))
+    figure.skins.append(Skin(len(figure.joints) - 1, hat, [[0, 1, 2, 3, 4]], np.zeros((5, 0)), [], {}))
+    recording = files.read(figure.save(tmp_path / "one.fbx"))
     mesh = recording.skin()
     assert set(np.unique(mesh.weights[:, recording.skeleton.index("Head")])) == {1.0}
     moving = Character.of("body", recording.skeleton).motion(recording.rotations, recording.root, 30.0)
     for frame in (0, 7):
-        at = world(made, "act", frame / 30)[-1]
+        at = world(figure, "act", frame / 30)[-1]
         expected = hat @ at[:3, :3].T + at[:3, 3]
         np.testing.assert_allclose(mesh.skinned(moving)[frame], expected, atol=1e-5)
 
 
 def test_nodes_that_are_no_bones(tmp_path, random):
-    made = person(random)
-    for joint in made.joints[:16]:
+    figure = person(random)
+    for joint in figure.joints[:16]:
         joint.kind = "Null"
-    recording = files.read(made.save(tmp_path / "one.fbx"))
+    recording = files.read(figure.save(tmp_path / "one.fbx"))
     assert len(recording.skeleton) == 16
-    agrees(recording, made)
-    made.skins.clear()
-    made.joints.pop()
-    agrees(files.read(made.save(tmp_path / "one.fbx")), made)
+    agrees(recording, figure)
+    figure.skins.clear()
+    figure.joints.pop()
+    agrees(files.read(figure.save(tmp_path / "one.fbx")), figure)
 
 
 # ---------------------------------------------------------------------------------------- unit and axes
@@ -159,11 +159,11 @@ def test_nodes_that_are_no_bones(tmp_path, random):
     ],
 )
 def test_units(tmp_path, random, centimetres, unit, scale):
-    made = replace(person(random, size=100 / centimetres), centimetres=centimetres)
-    path = made.save(tmp_path / "one.fbx")
+    figure = replace(person(random, size=100 / centimetres), centimetres=centimetres)
+    path = figure.save(tmp_path / "one.fbx")
     recording = files.read(path)
     assert recording.unit == unit
-    agrees(recording, made, scale=scale)
+    agrees(recording, figure, scale=scale)
     imported = importer.load(path)
     assert imported.findings.unit[0] == unit
     assert "as stated" in imported.findings.text()
@@ -172,17 +172,17 @@ def test_units(tmp_path, random, centimetres, unit, scale):
 
 @pytest.mark.parametrize(("axes", "up"), [((2, 1, 1, -1, 0, 1), "z"), ((0, 1, 1, 1, 2, 1), "x")])
 def test_up_axes(tmp_path, random, axes, up):
-    made = replace(person(random), axes=axes)
-    recording = files.read(made.save(tmp_path / "one.fbx"))
+    figure = replace(person(random), axes=axes)
+    recording = files.read(figure.save(tmp_path / "one.fbx"))
     assert recording.up == up
-    agrees(recording, made)
+    agrees(recording, figure)
 
 
 def test_left_handed_axes_are_mirrored(tmp_path, random):
-    made = replace(person(random), axes=(1, 1, 2, -1, 0, 1))
-    recording = files.read(made.save(tmp_path / "one.fbx"))
-    agrees(recording, made, mirror=FLAT)
-    upright = files.read(replace(made, axes=(1, 1, 2, 1, 0, 1)).save(tmp_path / "other.fbx"))
+    figure = replace(person(random), axes=(1, 1, 2, -1, 0, 1))
+    recording = files.read(figure.save(tmp_path / "one.fbx"))
+    agrees(recording, figure, mirror=FLAT)
+    upright = files.read(replace(figure, axes=(1, 1, 2, 1, 0, 1)).save(tmp_path / "other.fbx"))
     corners, others = (each.skin().vertices[each.skin().faces] for each in (recording, upright))
     volume, other = (np.linalg.det(each).sum() for each in (corners, others))
     assert volume == pytest.approx(other)  # seen from outside, faces turn the same way
@@ -190,70 +190,70 @@ def test_left_handed_axes_are_mirrored(tmp_path, random):
 
 # --------------------------------------------------------------------------------------- takes and rate
 def test_takes_by_name_number_and_default(tmp_path, random):
-    made = person(random, frames=6)
-    act = made.takes["act"]
-    made.takes = {
+    figure = person(random, frames=6)
+    act = figure.takes["act"]
+    figure.takes = {
         "still": {key: (times[:1], values[:1]) for key, (times, values) in act.items()},
         "act": act,
         "nod": {key: (times, values[::-1]) for key, (times, values) in act.items()},
     }
-    path = made.save(tmp_path / "one.fbx")
+    path = figure.save(tmp_path / "one.fbx")
     assert files.takes(path) == ("still", "act", "nod")
-    agrees(files.read(path), made, "act")
-    agrees(files.read(f"{path}#nod"), made, "nod")
-    agrees(files.read(path, Reading(take="3")), made, "nod")
-    agrees(files.read(path, Reading(take="STILL")), made, "still")
+    agrees(files.read(path), figure, "act")
+    agrees(files.read(f"{path}#nod"), figure, "nod")
+    agrees(files.read(path, Reading(take="3")), figure, "nod")
+    agrees(files.read(path, Reading(take="STILL")), figure, "still")
     assert list(listing.motions_of(path)) == ["one-still", "one-act", "one-nod"]
     with pytest.raises(NotSupported, match="no take 'run'; it has 1 'still', 2 'act', 3 'nod'"):
         files.read(path, Reading(take="run"))
 
 
 def test_a_file_without_takes_is_a_pose(tmp_path, random):
-    made = person(random)
-    made.takes.clear()
-    recording = files.read(made.save(tmp_path / "one.fbx"))
+    figure = person(random)
+    figure.takes.clear()
+    recording = files.read(figure.save(tmp_path / "one.fbx"))
     assert len(recording.root) == 1
     assert "no take moves the body: one frame, the pose at rest" in recording.notes
-    agrees(recording, made, None)
+    agrees(recording, figure, None)
 
 
 @pytest.mark.parametrize("fps", [24.0, 25.0, 60.0, 120.0, 59.94, 12.5])
 def test_frames_at_the_rate_of_the_file(tmp_path, random, fps):
-    made = person(random, fps=fps)
-    recording = files.read(made.save(tmp_path / "one.fbx"))
+    figure = person(random, fps=fps)
+    recording = files.read(figure.save(tmp_path / "one.fbx"))
     assert (recording.fps, len(recording.root)) == (pytest.approx(fps), 12)
-    agrees(recording, made)
+    agrees(recording, figure)
 
 
 def test_a_rate_that_is_too_low_or_missing(tmp_path, random):
-    made = person(random, fps=60.0)
-    slow = replace(made, mode=6)
+    figure = person(random, fps=60.0)
+    slow = replace(figure, mode=6)
     recording = files.read(slow.save(tmp_path / "one.fbx"))
     assert (recording.fps, len(recording.root)) == (30.0, 6)
     assert recording.doubts[-1].startswith("its keys are 60 per second, and the file says 30:")
-    agrees(recording, made)
-    recording = files.read(replace(made, mode=0).save(tmp_path / "one.fbx"))
+    agrees(recording, figure)
+    recording = files.read(replace(figure, mode=0).save(tmp_path / "one.fbx"))
     assert (recording.fps, len(recording.root)) == (pytest.approx(60.0), 12)
 
 
 def test_a_take_has_its_own_range_and_steps_are_reached(tmp_path, random):
-    made = person(random, frames=10)
-    made.constant = True
-    made.ranges["act"] = (3 / 30, 7 / 30)
-    recording = files.read(made.save(tmp_path / "one.fbx"))
+    figure = person(random, frames=10)
+    figure.constant = True
+    figure.ranges["act"] = (3 / 30, 7 / 30)
+    recording = files.read(figure.save(tmp_path / "one.fbx"))
     assert len(recording.root) == 5
-    agrees(recording, made, start=3 / 30)
-    made.ranges["act"] = (50.0, 60.0)  # without any key in it
-    assert len(files.read(made.save(tmp_path / "one.fbx")).root) == 10
+    agrees(recording, figure, start=3 / 30)
+    figure.ranges["act"] = (50.0, 60.0)  # without any key in it
+    assert len(files.read(figure.save(tmp_path / "one.fbx")).root) == 10
 
 
 def test_joints_that_move_against_their_parents(tmp_path, random):
-    made = person(random, skin=False)
-    times, _ = made.takes["act"][0, "T"]
-    hand = [joint.name for joint in made.joints].index("LeftHand")
+    figure = person(random, skin=False)
+    times, _ = figure.takes["act"][0, "T"]
+    hand = [joint.name for joint in figure.joints].index("LeftHand")
     steps = np.linspace(0, 7, len(times))[:, None] * np.array([1.0, 0.0, 0.0])
-    made.takes["act"][hand, "T"] = times, made.joints[hand].translation + steps
-    recording = files.read(made.save(tmp_path / "one.fbx"))
+    figure.takes["act"][hand, "T"] = times, figure.joints[hand].translation + steps
+    recording = files.read(figure.save(tmp_path / "one.fbx"))
     joint = recording.skeleton.index("LeftHand")
     away = np.linalg.norm(recording.places[:, joint] - recording.places[:1, joint], axis=-1)
     np.testing.assert_allclose(away, steps[:, 0], atol=1e-4)
@@ -261,9 +261,9 @@ def test_joints_that_move_against_their_parents(tmp_path, random):
     assert any("LeftHand" in warning for warning in importer.load(path).findings.warnings)
     turned = kinematics.forward(recording.skeleton, recording.rotations, recording.root)[1]
     parent = recording.skeleton.parents[joint]
-    above = [each.name for each in made.joints].index(recording.skeleton.names[parent])
+    above = [each.name for each in figure.joints].index(recording.skeleton.names[parent])
     for frame in (0, 5):
-        standing = world(made, "act", frame / 30)
+        standing = world(figure, "act", frame / 30)
         step = rotation.rotate(turned[frame, parent], recording.places[frame, joint])
         np.testing.assert_allclose(step, standing[hand, :3, 3] - standing[above, :3, 3], atol=1e-5)
 
@@ -276,7 +276,7 @@ def test_several_bodies(tmp_path, random):
     for joint in other.joints:
         joint.parent = joint.parent + first if joint.parent >= 0 else -1
     other.joints[-1] = replace(other.joints[-1], translation=other.joints[-1].translation + 1)
-    curves = {(joint + first, path): found for (joint, path), found in other.takes["act"].items()}
+    curves = {(joint + first, path): curve for (joint, path), curve in other.takes["act"].items()}
     scene = Made([*one.joints, *other.joints, Joint("b:tail", first)], {"act": one.takes["act"] | curves})
     path = scene.save(tmp_path / "two.fbx")
     recording = files.read(path)
@@ -288,11 +288,11 @@ def test_several_bodies(tmp_path, random):
 
 
 def test_a_root_that_only_carries_the_hips_is_folded(tmp_path, random):
-    made = person(random, above=(Joint("Root"),))
-    recording = files.read(made.save(tmp_path / "one.fbx"))
+    figure = person(random, above=(Joint("Root"),))
+    recording = files.read(figure.save(tmp_path / "one.fbx"))
     assert recording.skeleton.names[0] == "Hips"
     assert "'Root' only carries 'Hips' and is folded into it" in recording.notes
-    agrees(recording, made)
+    agrees(recording, figure)
 
 
 # --------------------------------------------------------------------------------- beside other formats
@@ -301,8 +301,8 @@ def test_the_same_clip_as_bvh(tmp_path, random):
     bvh.write(tmp_path / "one.bvh", motion)
     text = files.read(tmp_path / "one.bvh")
     for order in (0, 4):
-        made = of_recording(text, order)
-        recording = files.read(replace(made, centimetres=100.0).save(tmp_path / "again.fbx"))
+        figure = of_recording(text, order)
+        recording = files.read(replace(figure, centimetres=100.0).save(tmp_path / "again.fbx"))
         assert recording.skeleton.names == text.skeleton.names
         assert np.degrees(rotation.angle(recording.rotations, text.rotations)).max() < 1e-4
         np.testing.assert_allclose(recording.root, text.root, atol=1e-6)
@@ -310,9 +310,9 @@ def test_the_same_clip_as_bvh(tmp_path, random):
 
 
 def test_it_is_found_out_by_its_first_bytes(tmp_path, random):
-    made = person(random, frames=3)
+    figure = person(random, frames=3)
     for kind in ({}, {"ascii": True}):
-        path = made.save(tmp_path / "one.motion", **kind)
+        path = figure.save(tmp_path / "one.motion", **kind)
         assert files.format_of(path).name == "FBX"
         assert len(files.read(path).root) == 3
     assert ".fbx" in files.suffixes()
@@ -450,14 +450,14 @@ def test_a_crash_is_a_sentence_and_nothing_is_left(tmp_path, random, monkeypatch
 
 
 def test_a_take_without_end_and_numbers_beyond_all_bodies(tmp_path, random):
-    made = person(random, frames=4, skin=False)
-    made.ranges["act"] = (0.0, 1e8)
+    figure = person(random, frames=4, skin=False)
+    figure.ranges["act"] = (0.0, 1e8)
     with pytest.raises(FileError, match="has a take that lasts 1e\\+08 s"):
-        files.read(made.save(tmp_path / "odd.fbx"))
-    made = person(random, frames=4, skin=False)
-    made.joints[4].translation = np.array([np.nan, 0, 0])
+        files.read(figure.save(tmp_path / "odd.fbx"))
+    figure = person(random, frames=4, skin=False)
+    figure.joints[4].translation = np.array([np.nan, 0, 0])
     with pytest.raises(FileError, match="places that are no numbers"):
-        files.read(made.save(tmp_path / "odd.fbx"))
+        files.read(figure.save(tmp_path / "odd.fbx"))
 
 
 @pytest.mark.processes

@@ -18,9 +18,9 @@ from retarget_bench.motion.files.reading import Reading
 
 @pytest.fixture
 def glb(tmp_path) -> Path:
-    made = person(np.random.default_rng(2), frames=6)
-    made.animate("wave/left", {(5, "rotation"): ([0.0, 0.5], [[0, 0, 0, 1], [0, 1, 0, 0]])})
-    return made.save(tmp_path / "a.glb")
+    figure = person(np.random.default_rng(2), frames=6)
+    figure.animate("wave/left", {(5, "rotation"): ([0.0, 0.5], [[0, 0, 0, 1], [0, 1, 0, 0]])})
+    return figure.save(tmp_path / "a.glb")
 
 
 @pytest.fixture
@@ -36,11 +36,11 @@ def test_the_content_decides_and_the_ending_where_there_is_none(tmp_path, glb, t
         misnamed = tmp_path / f"misnamed{other}"
         misnamed.write_bytes(file.read_bytes())
         assert files.format_of(misnamed) is files.format_of(file)
-        found, expected = (
+        loaded, expected = (
             importer.load(misnamed, Reading(unit="m")).motion,
             importer.load(file, Reading(unit="m")).motion,
         )
-        np.testing.assert_array_equal(found.rotations, expected.rotations)
+        np.testing.assert_array_equal(loaded.rotations, expected.rotations)
     assert files.format_of("gone.gltf") is formats.GLTF
     assert files.format_of("gone") is formats.BVH
 
@@ -65,20 +65,20 @@ def test_one_of_several_by_name_or_number():
     assert [chosen(each, names, "animation", Path("a")) for each in ("walk", "WALK", "2", "4", "1")] == [
         3, 0, 1, 3, 0
     ]  # fmt: skip
-    for wanted in ("5", "0", "-1", "run", "9" * 400):
+    for choice in ("5", "0", "-1", "run", "9" * 400):
         with pytest.raises(NotSupported, match="it has 1 'Walk', 2 '2', 3 '', 4 'walk'"):
-            chosen(wanted, names, "animation", Path("a"))
+            chosen(choice, names, "animation", Path("a"))
 
 
 def test_the_motions_of_a_folder_have_names_of_their_own(tmp_path, glb, text):
     (tmp_path / ".hidden.bvh").write_text("")
     (tmp_path / "note.txt").write_text("")
     (tmp_path / "broken.glb").write_bytes(b"glTF")
-    found = motion_files(tmp_path)
-    assert list(found) == ["a", "a-act", "a-wave_left", "broken"]
-    assert found["a"] == text
-    assert found["a-wave_left"] == tmp_path / "a.glb#2"
-    assert len(importer.load(found["a-wave_left"]).motion.root) == 16
+    named_files = motion_files(tmp_path)
+    assert list(named_files) == ["a", "a-act", "a-wave_left", "broken"]
+    assert named_files["a"] == text
+    assert named_files["a-wave_left"] == tmp_path / "a.glb#2"
+    assert len(importer.load(named_files["a-wave_left"]).motion.root) == 16
     single = person(np.random.default_rng(2), frames=6).save(tmp_path / "b.glb")
     assert motions_of(single) == {"b": single}
     (tmp_path / "b.bvh").write_bytes(text.read_bytes())

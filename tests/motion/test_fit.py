@@ -26,8 +26,8 @@ BODIES = {"t_pose": body(), "a_pose": body(droop=45.0), "along_x": along_x(), **
 
 
 def refitted(motion: Motion, places: np.ndarray | None = None) -> Fitted:
-    given_ = motion.positions if places is None else places
-    return fit(motion.character.positions(given_, motion.fps))
+    observed = motion.positions if places is None else places
+    return fit(motion.character.positions(observed, motion.fps))
 
 
 def lengths(skeleton: Skeleton, places: np.ndarray) -> np.ndarray:
@@ -36,12 +36,12 @@ def lengths(skeleton: Skeleton, places: np.ndarray) -> np.ndarray:
 
 def fixed_joints(skeleton: Skeleton) -> list[int]:
     """Joints that carry two bones in clearly different directions, so that positions fix them."""
-    found = []
+    fixed = []
     for joint, below in enumerate(skeleton.children):
         sizes = np.linalg.svd(skeleton.offsets[list(below)], compute_uv=False) if below else np.zeros(1)
         if len(sizes) > 1 and sizes[1] > 0.01:
-            found.append(joint)
-    return found
+            fixed.append(joint)
+    return fixed
 
 
 def steps(motion: Motion, joint: str) -> np.ndarray:
@@ -50,10 +50,12 @@ def steps(motion: Motion, joint: str) -> np.ndarray:
     return np.degrees(rotation.angle(turned[1:], turned[:-1]))
 
 
-def errors(found: Motion, expected: Motion, joint: str) -> np.ndarray:
+def errors(fitted: Motion, expected: Motion, joint: str) -> np.ndarray:
     """Degrees between two motions at a joint, in the world."""
     index = expected.skeleton.index(joint)
-    return np.degrees(rotation.angle(found.global_rotations[:, index], expected.global_rotations[:, index]))
+    return np.degrees(
+        rotation.angle(fitted.global_rotations[:, index], expected.global_rotations[:, index])
+    )
 
 
 # ------------------------------------------------------------------------------------------ round trips
@@ -72,18 +74,18 @@ def test_positions_of_a_motion_are_reproduced(name):
 @pytest.mark.parametrize("name", BODIES)
 def test_joints_that_carry_several_bones_are_turned_as_they_were(name):
     motion = wiggle(BODIES[name], 30, seed=1)
-    found = refitted(motion).motion
+    fitted = refitted(motion).motion
     fixed = fixed_joints(motion.skeleton)
     assert fixed
     for joint in fixed:
-        assert errors(found, motion, motion.skeleton.names[joint]).max() < 0.01
+        assert errors(fitted, motion, motion.skeleton.names[joint]).max() < 0.01
 
 
 def test_knees_and_thighs_are_found_by_their_hinge():
     motion = squat(body())
-    found = refitted(motion).motion
+    fitted = refitted(motion).motion
     for joint in ("Hips", "LeftUpLeg", "LeftLeg", "RightUpLeg", "RightLeg"):
-        assert errors(found, motion, joint).max() < 0.5
+        assert errors(fitted, motion, joint).max() < 0.5
 
 
 def test_a_root_whose_bones_lie_in_line_faces_where_its_body_does():
@@ -103,13 +105,13 @@ def test_what_no_position_shows_is_turned_as_in_the_motion_that_it_comes_from(ot
     """Heads, necks, forearms, hands and feet of a body that performs another body's motion."""
     source = wiggle(other, 40)
     motion = transfer.carry(source, body(), "hip_height")
-    seen = motion.character.positions(motion.positions, motion.fps)
-    fitted, alone = fit(seen, source).motion, fit(seen).motion
+    observed = motion.character.positions(motion.positions, motion.fps)
+    fitted, alone = fit(observed, source).motion, fit(observed).motion
     for joint in ("Neck", "Head", "LeftForeArm", "LeftHand", "RightHand", "RightFoot", "LeftToeBase"):
         assert errors(fitted, motion, joint).max() < 0.1
         assert errors(alone, motion, joint).max() > 5.0
-    known = fit(seen, source.character.positions(source.positions, source.fps)).motion
-    assert (known.rotations == alone.rotations).all()
+    from_source = fit(observed, source.character.positions(source.positions, source.fps)).motion
+    assert (from_source.rotations == alone.rotations).all()
 
 
 def test_a_face_hung_on_a_bone_of_no_length_but_that_of_rounding_does_not_spin():
@@ -122,8 +124,8 @@ def test_a_face_hung_on_a_bone_of_no_length_but_that_of_rounding_does_not_spin()
     rotations = motion.rotations.copy()
     rotations[:, motion.skeleton.index("Face")] = rotation.identity()
     motion = motion.character.motion(rotations, motion.root, motion.fps)
-    found = refitted(motion, motion.positions.astype(np.float32)).motion
-    assert errors(found, motion, "Head").max() < 0.1
+    fitted = refitted(motion, motion.positions.astype(np.float32)).motion
+    assert errors(fitted, motion, "Head").max() < 0.1
 
 
 # -------------------------------------------------------------------------------- what cannot be reached
@@ -140,49 +142,49 @@ def test_bones_that_are_longer_than_the_body_s_keep_their_directions():
 @pytest.mark.parametrize("name", ["t_pose", "along_x", "h36m17", "dog21"])
 def test_noise_leaves_no_more_than_the_truth_would(name, noise):
     """The true pose, moved to where the noise put the root, is a candidate: the fit is no farther away."""
-    seen = noisy(motion := wiggle(BODIES[name], 60), noise)
-    truth = motion.positions + (seen[:, :1] - motion.positions[:, :1])
-    allowed = np.sqrt(np.square(seen - truth).sum(axis=-1).mean())
-    found = np.sqrt(np.square(refitted(motion, seen).distances).mean())
-    assert found < allowed
-    assert (refitted(motion, seen).motion.root == seen[:, 0]).all()
+    observed = noisy(motion := wiggle(BODIES[name], 60), noise)
+    truth = motion.positions + (observed[:, :1] - motion.positions[:, :1])
+    allowed = np.sqrt(np.square(observed - truth).sum(axis=-1).mean())
+    residual = np.sqrt(np.square(refitted(motion, observed).distances).mean())
+    assert residual < allowed
+    assert (refitted(motion, observed).motion.root == observed[:, 0]).all()
 
 
 def test_the_least_squares_are_those_of_scipy():
     """Noise in one frame of many, so that the lengths are known: one frame's optimum by SciPy's own way."""
     motion = dance(body(), frames=30)
-    seen = motion.positions.copy()
-    seen[7] = noisy(motion.at(np.array([7])), 0.01)[0]
+    observed = motion.positions.copy()
+    observed[7] = noisy(motion.at(np.array([7])), 0.01)[0]
     skeleton, offsets = motion.skeleton, np.array(motion.skeleton.offsets)
 
     def distances(vectors: np.ndarray) -> np.ndarray:
         """Plain kinematics of one frame, joint by joint, from world rotations."""
         turned = Rotation.from_rotvec(np.array(vectors).reshape(-1, 3)).as_matrix()
-        places = [seen[7, 0]]
+        places = [observed[7, 0]]
         for joint, parent in list(enumerate(skeleton.parents))[1:]:
             places.append(places[parent] + turned[parent] @ offsets[joint])
-        return (np.array(places) - seen[7]).ravel()
+        return (np.array(places) - observed[7]).ravel()
 
     start = Rotation.from_quat(motion.global_rotations[7], scalar_first=True).as_rotvec()
     best = least_squares(distances, start.ravel(), xtol=1e-12, ftol=1e-12)
-    mine = np.square(refitted(motion, seen).distances[7]).sum()
-    assert mine == pytest.approx(2.0 * best.cost, rel=1e-3)
+    residual = np.square(refitted(motion, observed).distances[7]).sum()
+    assert residual == pytest.approx(2.0 * best.cost, rel=1e-3)
 
 
 def test_under_much_noise_no_more_is_left_than_scipy_leaves():
     """Steps that are right for small residuals go too far here; SciPy has a trust region for that."""
     motion = dance(body(spines=1))
-    tree, seen = Tree.of(motion.character), noisy(motion, 0.15)[[8, 24]]
-    start, inner = bones.first(tree, seen), [j for j, below in enumerate(tree.children) if below]
+    tree, observed = Tree.of(motion.character), noisy(motion, 0.15)[[8, 24]]
+    start, inner = bones.first(tree, observed), [j for j, below in enumerate(tree.children) if below]
 
     def distances(vectors: np.ndarray, frame: int) -> np.ndarray:
         turned = start[frame].copy()
         turned[inner] = rotation.from_rotation_vector(vectors.reshape(-1, 3))
-        return (tree.places(turned[None], seen[frame : frame + 1, 0])[0] - seen[frame]).ravel()
+        return (tree.places(turned[None], observed[frame : frame + 1, 0])[0] - observed[frame]).ravel()
 
     vectors = rotation.to_rotation_vector(start[:, inner]).reshape(2, -1)
     best = sum(least_squares(distances, vectors[k], args=(k,), ftol=1e-4).cost for k in range(2))
-    left = np.square(tree.places(bones.refined(tree, start, seen), seen[:, 0]) - seen).sum()
+    left = np.square(tree.places(bones.refined(tree, start, observed), observed[:, 0]) - observed).sum()
     assert left < 1.05 * 2.0 * best
 
 
@@ -193,7 +195,7 @@ def test_a_step_is_that_of_the_whole_system():
     start, expected = bones.first(tree, motion.positions), noisy(motion, 0.05)
     now = rotation.multiply(rotation.from_rotation_vector(0.1 * noisy(motion, 1.0)), start)
     problem = bones._Problem(tree, start, expected, 0.03)
-    found = problem.step(now, np.full(2, 0.01))
+    inner_step = problem.step(now, np.full(2, 0.01))
 
     def residuals(turns: np.ndarray, frame: int) -> np.ndarray:
         """How far joints are off after small turns in the world."""
@@ -201,7 +203,7 @@ def test_a_step_is_that_of_the_whole_system():
         return (tree.places(turned[None], expected[frame : frame + 1, 0])[0] - expected[frame]).ravel()
 
     for frame in range(2):
-        size = found[frame].size
+        size = inner_step[frame].size
         columns = [
             (residuals(step, frame) - residuals(-step, frame)) / 2e-6 for step in 1e-6 * np.eye(size)
         ]
@@ -213,7 +215,9 @@ def test_a_step_is_that_of_the_whole_system():
         left = jacobian.T @ jacobian + np.diag(hold + 0.01 * np.repeat(problem.scale, 3))
         right = hold * back.as_rotvec().ravel() - jacobian.T @ residuals(np.zeros(size), frame)
         inner = np.repeat([bool(below) for below in tree.children], 3)
-        assert found[frame].ravel()[inner] == pytest.approx(np.linalg.solve(left, right)[inner], abs=1e-5)
+        assert inner_step[frame].ravel()[inner] == pytest.approx(
+            np.linalg.solve(left, right)[inner], abs=1e-5
+        )
 
 
 # ------------------------------------------------------------------------------------------- smoothness
@@ -225,9 +229,9 @@ def test_a_straight_arm_that_swings_all_round_does_not_flip(axis, tilt):
     tilted = about("Z" if axis == "Y" else "Y", np.full(frames, tilt))
     turn = rotation.multiply(about(axis, np.linspace(0.0, 360.0, frames)), tilted)
     motion = pose(body(), frames, {"LeftArm": turn}, np.zeros((frames, 3)))
-    found = refitted(motion).motion
+    fitted = refitted(motion).motion
     for joint in ("LeftArm", "LeftForeArm"):
-        assert steps(found, joint).max() < 1.1 * steps(motion, joint).max()
+        assert steps(fitted, joint).max() < 1.1 * steps(motion, joint).max()
 
 
 def test_an_elbow_that_passes_through_straight_does_not_flip():
@@ -235,9 +239,9 @@ def test_an_elbow_that_passes_through_straight_does_not_flip():
     swing, bend = np.linspace(0.0, 80.0, frames), -40.0 + 45.0 * np.cos(np.linspace(0, 20, frames))
     turns = {"LeftArm": about("Z", swing), "LeftForeArm": about("Y", bend)}
     motion = pose(body(), frames, turns, np.zeros((frames, 3)))
-    found = refitted(motion, noisy(motion, 0.0005)).motion
+    fitted = refitted(motion, noisy(motion, 0.0005)).motion
     assert bend.max() > 0 > bend.min()
-    assert steps(found, "LeftArm").max() < 12.0
+    assert steps(fitted, "LeftArm").max() < 12.0
 
 
 # ------------------------------------------------------------------------------------------- properties
@@ -271,26 +275,26 @@ def test_any_finite_positions_get_an_answer_with_the_body_s_bones(tree, size):
 @given(st.integers(0, 2**32 - 1), st.floats(-np.pi, np.pi), st.sampled_from(["t_pose", "h36m17", "dog21"]))
 def test_a_body_that_is_moved_and_turned_about_is_fitted_alike(seed, angle, name):
     motion = wiggle(BODIES[name], 12, seed)
-    seen = noisy(motion, 0.003, seed)
+    observed = noisy(motion, 0.003, seed)
     turn = Rotation.from_rotvec([0.0, angle, 0.0])
-    moved = turn.apply(seen.reshape(-1, 3)).reshape(seen.shape) + np.array([2.0, -1.0, 5.0])
-    first, second = refitted(motion, seen).motion, refitted(motion, moved).motion
+    moved = turn.apply(observed.reshape(-1, 3)).reshape(observed.shape) + np.array([2.0, -1.0, 5.0])
+    first, second = refitted(motion, observed).motion, refitted(motion, moved).motion
     assert rotation.angle(first.rotations[:, 1:], second.rotations[:, 1:]).max() < 1e-3
 
 
 def test_a_clip_played_backwards_is_fitted_backwards():
     motion = dance(body())
-    seen = noisy(motion, 0.003)
-    there, back = refitted(motion, seen).motion, refitted(motion, seen[::-1]).motion
+    observed = noisy(motion, 0.003)
+    there, back = refitted(motion, observed).motion, refitted(motion, observed[::-1]).motion
     assert rotation.angle(there.rotations, back.rotations[::-1]).max() < 1e-4
 
 
 def test_frames_do_not_depend_on_how_many_are_worked_on_together(monkeypatch):
     motion = dance(body())
-    seen = noisy(motion, 0.005)
-    whole = refitted(motion, seen).motion
+    observed = noisy(motion, 0.005)
+    together = refitted(motion, observed).motion
     monkeypatch.setattr("retarget_bench.motion.fitting.bones._AT_ONCE", 150)
-    assert np.abs(refitted(motion, seen).motion.positions - whole.positions).max() < 1e-9
+    assert np.abs(refitted(motion, observed).motion.positions - together.positions).max() < 1e-9
 
 
 # ------------------------------------------------------------------------------------------- edge cases
@@ -308,20 +312,20 @@ def test_positions_that_are_not_finite_are_a_sentence(wrong):
     motion = dance(body())
     places = motion.positions.copy()
     places[[4, 9], 3, 1] = wrong
-    with pytest.raises(BenchError, match=r"puppet: in 2 of 40 frames .* 'Spine2' in frame 4") as told:
+    with pytest.raises(BenchError, match=r"puppet: in 2 of 40 frames .* 'Spine2' in frame 4") as error:
         refitted(motion, places)
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(error.value)
 
 
 def test_the_residual_is_what_it_says():
     motion = dance(body())
-    seen = noisy(motion, 0.01)
-    fitted = refitted(motion, seen)
+    observed = noisy(motion, 0.01)
+    fitted = refitted(motion, observed)
     worst, total, where = 0.0, 0.0, ""
     joints = len(motion.skeleton)
     for frame in range(motion.frames):
         for joint in range(joints):
-            off = float(np.sqrt(sum((fitted.motion.positions[frame, joint] - seen[frame, joint]) ** 2)))
+            off = float(np.sqrt(sum((fitted.motion.positions[frame, joint] - observed[frame, joint]) ** 2)))
             total += off
             if off > worst:
                 worst, where = off, motion.skeleton.names[joint]

@@ -9,7 +9,7 @@ from refusal import told
 
 
 @pytest.fixture
-def made() -> Made:
+def asset() -> Made:
     return person(np.random.default_rng(1), frames=4)
 
 
@@ -69,11 +69,11 @@ NAN = float("nan")
         ("asset", None, "it has no 'asset'"),
     ],
 )
-def test_what_is_wrong_is_said(tmp_path, made, where, value, sentence):
-    made.bytes()
-    put(made.content, where, value)
+def test_what_is_wrong_is_said(tmp_path, asset, where, value, sentence):
+    asset.bytes()
+    put(asset.content, where, value)
     path = tmp_path / "odd.glb"
-    path.write_bytes(packed(made.content, bytes(made.data)))
+    path.write_bytes(packed(asset.content, bytes(asset.data)))
     assert sentence in told(path)
 
 
@@ -90,23 +90,23 @@ def test_what_is_wrong_is_said(tmp_path, made, where, value, sentence):
     ],
     ids=["times", "rotations", "places", "joints", "weights", "faces", "bind matrices"],
 )
-def test_numbers_that_cannot_be(tmp_path, made, view, kind, value, sentence):
-    made.bytes()
-    start, number = made.content["bufferViews"][view]["byteOffset"], np.array(value, kind).tobytes()
-    made.data[start : start + len(number)] = number
-    assert sentence in told(made.save(tmp_path / "odd.glb"))
+def test_numbers_that_cannot_be(tmp_path, asset, view, kind, value, sentence):
+    asset.bytes()
+    start, number = asset.content["bufferViews"][view]["byteOffset"], np.array(value, kind).tobytes()
+    asset.data[start : start + len(number)] = number
+    assert sentence in told(asset.save(tmp_path / "odd.glb"))
 
 
-def test_nodes_in_a_circle(tmp_path, made):
-    made.content["nodes"].append({"name": "a", "children": [19]})
-    made.content["nodes"].append({"name": "b", "children": [18]})
-    assert "form a circle" in told(made.save(tmp_path / "odd.glb"))
+def test_nodes_in_a_circle(tmp_path, asset):
+    asset.content["nodes"].append({"name": "a", "children": [19]})
+    asset.content["nodes"].append({"name": "b", "children": [18]})
+    assert "form a circle" in told(asset.save(tmp_path / "odd.glb"))
 
 
-def test_an_animation_without_end(tmp_path, made):
-    for sampler in made.content["animations"][0]["samplers"]:
-        sampler["input"] = made.array([0.0, 1.0, 2.5, 1e8])
-    assert "lasts 1e+08 s" in told(made.save(tmp_path / "odd.glb"))
+def test_an_animation_without_end(tmp_path, asset):
+    for sampler in asset.content["animations"][0]["samplers"]:
+        sampler["input"] = asset.array([0.0, 1.0, 2.5, 1e8])
+    assert "lasts 1e+08 s" in told(asset.save(tmp_path / "odd.glb"))
 
 
 @pytest.mark.parametrize(

@@ -37,11 +37,11 @@ def positions(recording: Recording) -> np.ndarray:
 
 
 def expected(asset: Made, first: int, frames: int, fps: float) -> np.ndarray:
-    found = []
+    places = []
     for frame in range(frames):
         total = world(asset, at(asset, 0, float(np.float32(frame / fps))))
-        found.append([total[first + joint][:3, 3] for joint in range(len(NAMES))])
-    return np.array(found)
+        places.append([total[first + joint][:3, 3] for joint in range(len(NAMES))])
+    return np.array(places)
 
 
 @pytest.mark.parametrize("above", ABOVE)
@@ -51,8 +51,10 @@ def test_joints_are_where_the_matrices_of_their_nodes_put_them(tmp_path, random,
     assert recording.skeleton.names == NAMES
     assert recording.skeleton.parents.tolist() == list(PARENTS)
     assert (recording.fps, len(recording.root)) == (30.0, 12)
-    wanted = expected(asset, len(ABOVE[above]), 12, 30.0)
-    np.testing.assert_allclose(positions(recording), wanted, atol=1e-5 * np.abs(wanted).max())
+    expected_places = expected(asset, len(ABOVE[above]), 12, 30.0)
+    np.testing.assert_allclose(
+        positions(recording), expected_places, atol=1e-5 * np.abs(expected_places).max()
+    )
 
 
 @pytest.mark.parametrize("above", ABOVE)
@@ -62,13 +64,13 @@ def test_the_surface_moves_as_the_specification_says(tmp_path, random, above):
     recording = files.read(asset.save(tmp_path / "a.glb"))
     mesh = recording.skin()
     body = importer.load(tmp_path / "a.glb", Reading(unit="m")).motion
-    found = mesh.skinned(body)
+    surface = mesh.skinned(body)
     node = len(asset.content["nodes"]) - 1
     for frame in (0, 5, 11):
         total = world(asset, at(asset, 0, float(np.float32(frame / 30))))
         expected = skinned(asset, node, total)
-        np.testing.assert_allclose(found[frame], expected, atol=2e-5 * np.abs(expected).max())
-    np.testing.assert_allclose(body.character.mesh.skinned(body), found, atol=1e-9)
+        np.testing.assert_allclose(surface[frame], expected, atol=2e-5 * np.abs(expected).max())
+    np.testing.assert_allclose(body.character.mesh.skinned(body), surface, atol=1e-9)
 
 
 def test_the_skeleton_stands_in_the_bind_pose_and_not_in_that_of_the_nodes(tmp_path, random):
@@ -121,8 +123,8 @@ def test_cubic_splines_are_hermite_s(tmp_path, random):
         ends = turns[key, 1], turns[key + 1, 1]
         piece = CubicHermiteSpline(keys[key : key + 2], ends, (turns[key, 2], turns[key + 1, 0]))
         expected = Rotation.from_quat(piece(seconds[frame]))  # made unit
-        found = Rotation.from_quat(recording.rotations[frame, 0, [1, 2, 3, 0]])
-        assert (found * rest * expected.inv()).magnitude() < 1e-5
+        measured = Rotation.from_quat(recording.rotations[frame, 0, [1, 2, 3, 0]])
+        assert (measured * rest * expected.inv()).magnitude() < 1e-5
 
 
 @pytest.mark.parametrize("fps", [24.0, 25.0, 29.97, 37.5, 60.0, 120.0])
@@ -235,13 +237,13 @@ def test_a_take_is_chosen_by_name_by_number_and_in_the_path(tmp_path, random):
     first, second = files.read(path), files.read(path, Reading(take="wave"))
     assert "animation 1 of 2 'act' (take= chooses another: 2 'wave')" in first.notes[0]
     assert len(second.root) == 31
-    for found in (
+    for recording in (
         files.read(path, Reading(take="2")),
         files.read(f"{path}#wave"),
         files.read(f"{path}#2"),
         files.read(path, Reading(take="WAVE")),
     ):
-        np.testing.assert_array_equal(found.root, second.root)
+        np.testing.assert_array_equal(recording.root, second.root)
     with pytest.raises(NotSupported, match=r"a\.glb has no animation 'run'; it has 1 'act', 2 'wave'"):
         files.read(path, Reading(take="run"))
     (tmp_path / "odd#name.glb").write_bytes(path.read_bytes())

@@ -27,7 +27,7 @@ def test_files_of_others(real_data, name):
     assert len(recording.skin().vertices) == vertices
     # joints by matrices, of the frames whose time is a key
     content, data = unpacked(path)
-    made = Made(content, bytearray(data))
+    asset = Made(content, bytearray(data))
     strided = any("byteStride" in view for view in content["bufferViews"])
     if not strided and name not in (
         "Fox",
@@ -37,7 +37,7 @@ def test_files_of_others(real_data, name):
         places = kinematics.forward(recording.skeleton, recording.rotations, recording.root)[0]
         number = {node.get("name"): n for n, node in enumerate(content["nodes"]) if "mesh" not in node}
         for frame in (0, frames // 2):
-            total = world(made, at(made, 0, frame / fps))
+            total = world(asset, at(asset, 0, frame / fps))
             expected = np.array([total[number[joint]][:3, 3] for joint in recording.skeleton.names])
             away = np.abs(places[frame] - expected).max()
             assert away < 2e-3 * np.ptp(expected, axis=0).max()

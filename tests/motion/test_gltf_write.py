@@ -37,12 +37,12 @@ def performance(
     return body.motion(rotation.from_rotation_vector(steps), root, fps)
 
 
-def same(found: Motion, wanted: Motion) -> None:
+def same(actual: Motion, expected: Motion) -> None:
     """Within 1e-4 degrees and 1e-5 m in every joint and frame, at the same rate."""
-    assert found.fps == pytest.approx(wanted.fps, rel=1e-6)
-    assert found.skeleton.names == wanted.skeleton.names
-    assert np.degrees(rotation.angle(found.rotations, wanted.rotations)).max() < 1e-4
-    assert np.abs(found.positions - wanted.positions).max() < 1e-5
+    assert actual.fps == pytest.approx(expected.fps, rel=1e-6)
+    assert actual.skeleton.names == expected.skeleton.names
+    assert np.degrees(rotation.angle(actual.rotations, expected.rotations)).max() < 1e-4
+    assert np.abs(actual.positions - expected.positions).max() < 1e-5
 
 
 REAL = {
@@ -63,8 +63,8 @@ def test_bvh_to_glb_to_bvh(tmp_path, real_data, file):
     back = importer.load(tmp_path / "a.bvh", Reading(unit="m", up="y", root_place="absolute")).motion
     same(between, clip)
     same(back, clip)
-    for found in (between, back):
-        tips = [(site.parent, *np.round(site.offset, 5)) for site in found.skeleton.end_sites]
+    for converted in (between, back):
+        tips = [(site.parent, *np.round(site.offset, 5)) for site in converted.skeleton.end_sites]
         expected = [(site.parent, *np.round(site.offset, 5)) for site in clip.skeleton.end_sites]
         assert np.abs(np.array(tips) - np.array(expected)).max() < 2e-5
 
@@ -251,10 +251,10 @@ def validate():
         pytest.skip("no gltf-validator: npm install gltf-validator, and set NODE_PATH to node_modules")
 
     def run(*paths: Path) -> dict[str, list[str]]:
-        done = subprocess.run(
+        completed = subprocess.run(
             [node, "-e", CHECK, *map(str, paths)], capture_output=True, text=True, check=True
         )
-        return json.loads(done.stdout)
+        return json.loads(completed.stdout)
 
     return run
 
@@ -269,9 +269,9 @@ def test_files_are_valid(tmp_path, random, validate):
     plain = Character.of("plain", clip.skeleton)
     writing.write(tmp_path / "bare.glb", plain.motion(clip.rotations, clip.root, 30.0))
     writing.write(tmp_path / "one.glb", clip.at(slice(0, 1)))
-    found = validate(*sorted(tmp_path.glob("*.glb")))
-    assert len(found) == 5
-    before = found.pop(str(target))
+    reports = validate(*sorted(tmp_path.glob("*.glb")))
+    assert len(reports) == 5
+    before = reports.pop(str(target))
     # what the target's file had stays, and nothing comes to it
-    assert found.pop(str(tmp_path / "into.glb")) == before
-    assert all(each == [] for each in found.values()), found
+    assert reports.pop(str(tmp_path / "into.glb")) == before
+    assert all(each == [] for each in reports.values()), reports

@@ -54,19 +54,19 @@ def rig(degrees: float, seed: int = 5) -> Character:
     return Character.of("rig", plain.skeleton, sample=gesture(plain, degrees, seed).rotations)
 
 
-def apart(motion: Motion, found: Motion, role: str) -> np.ndarray:
+def apart(motion: Motion, fitted: Motion, role: str) -> np.ndarray:
     """``(frames,)`` degrees between two motions at a joint, in the world."""
     joint = motion.character.joint_of[role]
-    turned = (each.global_rotations[:, joint] for each in (motion, found))
+    turned = (each.global_rotations[:, joint] for each in (motion, fitted))
     return np.degrees(rotation.angle(*turned))
 
 
 @examples(20)
 @given(st.floats(-60.0, 60.0), st.integers(0, 100))
 def test_the_axis_is_the_one_that_elbows_were_bent_about(degrees, seed):
-    found = rig(degrees, seed).hinges
+    hinges = rig(degrees, seed).hinges
     for role, axis in axes(degrees).items():
-        assert found[role] == pytest.approx(axis, abs=1e-9)
+        assert hinges[role] == pytest.approx(axis, abs=1e-9)
 
 
 def test_the_axis_does_not_depend_on_how_a_rig_is_written():
@@ -106,12 +106,12 @@ def test_a_sleeve_on_the_forearm_hides_no_elbow():
 
 def test_the_axis_changes_no_place_and_no_bone():
     motion = gesture(rig(30.0), 30.0, seed=2)
-    seen = noisy(motion, 0.002)
+    observed = noisy(motion, 0.002)
     plain = replace(motion.character, hinges={})
-    known, general = (fit(each.positions(seen, 30.0)) for each in (motion.character, plain))
-    assert known.mean == pytest.approx(general.mean, rel=0.02)
+    with_axis, general = (fit(each.positions(observed, 30.0)) for each in (motion.character, plain))
+    assert with_axis.mean == pytest.approx(general.mean, rel=0.02)
     bones = motion.skeleton.bone_lengths[1:]
-    places = known.motion.positions
+    places = with_axis.motion.positions
     lengths = np.linalg.norm(places[:, 1:] - places[:, motion.skeleton.parents[1:]], axis=-1)
     assert np.abs(lengths - bones).max() < 1e-12
 
@@ -148,8 +148,8 @@ def test_bodies_without_arms_and_clips_without_frames_show_none():
 
 
 def test_a_body_that_is_written_otherwise_keeps_its_axes():
-    known = rig(30.0)
-    for other in (rewriting.reordered(known).body, structures.reduce(known, "body22").character):
+    original = rig(30.0)
+    for other in (rewriting.reordered(original).body, structures.reduce(original, "body22").character):
         assert other.hinge("left_arm") == pytest.approx(axes(30.0)["left_arm"], abs=1e-9)
 
 

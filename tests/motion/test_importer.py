@@ -110,8 +110,8 @@ def test_roles_can_be_told_by_a_table_or_a_file(walk, tmp_path):
     assert "left_hand" not in load(path).motion.character.joint_of
     roles = tmp_path / "roles.toml"
     roles.write_text('Gizmo = "left_hand"\n')
-    for told in ({"Gizmo": "left_hand"}, roles, str(roles)):
-        body = load(path, Reading(roles=told)).motion.character
+    for overrides in ({"Gizmo": "left_hand"}, roles, str(roles)):
+        body = load(path, Reading(roles=overrides)).motion.character
         assert body.skeleton.names[body.joint_of["left_hand"]] == "Gizmo"
     with pytest.raises(SkeletonError, match="no joint 'Gismo'"):
         load(path, Reading(roles={"Gismo": "left_hand"}))

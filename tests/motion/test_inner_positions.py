@@ -160,10 +160,10 @@ def test_glb_files_go_the_same_way(tmp_path):
 
 
 def test_bones_keep_what_is_stated_only_where_it_is_meant():
-    seen = np.array([[[0.0, 9.0, 0.0]], [[0.0, 10.0, 0.0]], [[0.0, 12.0, 0.0]]])
+    positions = np.array([[[0.0, 9.0, 0.0]], [[0.0, 10.0, 0.0]], [[0.0, 12.0, 0.0]]])
     stated = np.array([[0.0, 11.0, 0.0]])
-    np.testing.assert_array_equal(recording.resting(stated, seen, 1e-3), stated)
-    np.testing.assert_array_equal(recording.resting(0 * stated, seen, 1e-3), [[0.0, 10.0, 0.0]])
+    np.testing.assert_array_equal(recording.resting(stated, positions, 1e-3), stated)
+    np.testing.assert_array_equal(recording.resting(0 * stated, positions, 1e-3), [[0.0, 10.0, 0.0]])
 
 
 def test_the_command_keeps_them_on_the_same_body_and_says_where_it_cannot(tmp_path, capsys):

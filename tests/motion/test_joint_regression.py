@@ -21,12 +21,12 @@ PUPPETS = ("ada", "boulder", "lena", "rex")
 @pytest.fixture(scope="module")
 def motions() -> dict:
     """A clip of each body, half a second."""
-    data, found = registry.create("datasets", "puppets[size=tiny]"), {}
+    data, by_target = registry.create("datasets", "puppets[size=tiny]"), {}
     for split in data.card.splits:
         for info in data.cases("retarget", split):
-            if info.target in PUPPETS and info.target not in found:
-                found[info.target] = data.load(info).reference.at(slice(10, 25))
-    return found
+            if info.target in PUPPETS and info.target not in by_target:
+                by_target[info.target] = data.load(info).reference.at(slice(10, 25))
+    return by_target
 
 
 @pytest.mark.parametrize("name", PUPPETS)

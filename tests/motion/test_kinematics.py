@@ -136,8 +136,8 @@ def test_torch_agrees_with_numpy(joints: int, frames: int) -> None:
 
 
 @pytest.mark.parametrize("frames", [2, 1000])
-@pytest.mark.parametrize("wanted", ["places", "orientations", "both"])
-def test_gradients_agree_with_recorded_ones(frames: int, wanted: str) -> None:
+@pytest.mark.parametrize("outputs", ["places", "orientations", "both"])
+def test_gradients_agree_with_recorded_ones(frames: int, outputs: str) -> None:
     body = skeleton(24)
     q, root = pose(2, frames, 24)
     weights = tensors(
@@ -146,7 +146,7 @@ def test_gradients_agree_with_recorded_ones(frames: int, wanted: str) -> None:
 
     def loss(places: torch.Tensor, matrices: torch.Tensor) -> torch.Tensor:
         first, second = (places * weights[0][..., 0]).sum(), (matrices * weights[1]).sum()
-        return {"places": first, "orientations": second, "both": first + second}[wanted]
+        return {"places": first, "orientations": second, "both": first + second}[outputs]
 
     leaves = [each.requires_grad_() for each in tensors(q, root, body.offsets)]
     places, turned = kinematics_torch.forward(Tree.of(body), leaves[2], leaves[0], leaves[1])

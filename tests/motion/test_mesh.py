@@ -85,15 +85,15 @@ def test_what_does_not_fit_is_refused():
 
 
 def test_a_character_makes_its_mesh_once_and_only_when_asked():
-    made = []
+    calls = []
 
     def make() -> Mesh:
-        made.append(1)
+        calls.append(1)
         return skin()
 
     plain = body()
     assert plain.mesh is None
     who = Character("stick", plain.skeleton, "s", plain.roles, plain.reference_pose, plain.measures, make)
-    assert not made
+    assert not calls
     assert who.mesh is who.mesh
-    assert made == [1]
+    assert calls == [1]

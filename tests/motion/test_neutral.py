@@ -63,10 +63,10 @@ def test_parts_of_a_body_keep_their_places():
     body = PUPPETS["body22"]
     roles = [f"{side}_{part}" for side in ("left", "right") for part in ("up_leg", "leg", "foot")]
     roles += [f"{side}_{part}" for side in ("left", "right") for part in ("arm", "forearm", "hand")]
-    kept = sorted(body.joint_of[role] for role in roles)
-    part = reduced(body, kept)
+    joints = sorted(body.joint_of[role] for role in roles)
+    part = reduced(body, joints)
     assert "hips" not in part.joint_of
-    np.testing.assert_allclose(template(part), template(body)[kept], atol=1e-9)
+    np.testing.assert_allclose(template(part), template(body)[joints], atol=1e-9)
 
 
 def test_a_body_without_hips_has_no_template():

@@ -148,12 +148,12 @@ def test_other_bodies_are_not_doubted(bird: bool) -> None:
 @examples(25)
 def test_no_permutation_is_refused_because_of_it(order: list[str]) -> None:
     motion = gait(body(), 20)
-    told = dict(zip(ROLES, order, strict=True))
+    by_role = dict(zip(ROLES, order, strict=True))
     try:
-        moved = Character.of("any", motion.skeleton, roles=tuple(told[n] for n in motion.skeleton.names))
+        moved = Character.of("any", motion.skeleton, roles=tuple(by_role[n] for n in motion.skeleton.names))
     except BenchError:
         return
-    line = doubt(moved.motion(motion.rotations, motion.root, 30.0), told)
+    line = doubt(moved.motion(motion.rotations, motion.root, 30.0), by_role)
     assert (line == "") == (contradictions(moved.motion(motion.rotations, motion.root, 30.0)) == [])
     assert len(line) < 600
 

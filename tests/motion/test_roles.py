@@ -34,8 +34,8 @@ def tree(text: str) -> Skeleton:
 
 def roles_of(text: str, overrides: dict[str, str | None] | None = None) -> dict[str, str]:
     skeleton = tree(text)
-    found = zip(skeleton.names, find(skeleton, overrides), strict=True)
-    return {name: role for name, role in found if role is not None}
+    assigned = zip(skeleton.names, find(skeleton, overrides), strict=True)
+    return {name: role for name, role in assigned if role is not None}
 
 
 BIPED = """
@@ -177,8 +177,10 @@ Hips
         "RightUpLeg": "right_up_leg",
         "RightLeg": "right_leg",
     }
-    told = roles_of(text, {"Bone_1": "spine_1", "Bone_2": "neck", "LeftLeg": None, "LeftUpLeg": "left_leg"})
-    assert told == {
+    overridden = roles_of(
+        text, {"Bone_1": "spine_1", "Bone_2": "neck", "LeftLeg": None, "LeftUpLeg": "left_leg"}
+    )
+    assert overridden == {
         "Hips": "hips",
         "Bone_1": "spine_1",
         "Bone_2": "neck",
@@ -231,12 +233,12 @@ Reference
     Gizmo
     LeftLegTwist
 """)
-    found = dict(zip(skeleton.names, explain(skeleton, find(skeleton)), strict=True))
-    assert found["Reference"] == "above the hips"
-    assert found["Pelvis"] == found["Spine_split"] == found["LeftLegTwist"] == "helper"
-    assert found["HairA"] == found["Curl"] == "extra"
-    assert found["Gizmo"] == "not understood"
-    assert found["LeftLeg"] == "left_leg"
+    reasons = dict(zip(skeleton.names, explain(skeleton, find(skeleton)), strict=True))
+    assert reasons["Reference"] == "above the hips"
+    assert reasons["Pelvis"] == reasons["Spine_split"] == reasons["LeftLegTwist"] == "helper"
+    assert reasons["HairA"] == reasons["Curl"] == "extra"
+    assert reasons["Gizmo"] == "not understood"
+    assert reasons["LeftLeg"] == "left_leg"
 
 
 def test_groups_of_roles():

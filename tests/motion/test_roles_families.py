@@ -152,9 +152,9 @@ TABLES = {
 def test_every_family_has_exactly_the_roles_of_the_table(real_data, file):
     skeleton = bvh.read(real_data / file).skeleton
     roles = find(skeleton)
-    found = {name: role for name, role in zip(skeleton.names, roles, strict=True) if role is not None}
-    assert found == TABLES[file]
-    assert len(set(found.values())) == len(found)
+    by_name = {name: role for name, role in zip(skeleton.names, roles, strict=True) if role is not None}
+    assert by_name == TABLES[file]
+    assert len(set(by_name.values())) == len(by_name)
     assert in_order(skeleton, roles)
     assert is_quadruped(skeleton, roles) == file.startswith("dog")
     assert set(ESSENTIAL) <= set(roles)

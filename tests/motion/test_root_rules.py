@@ -13,17 +13,17 @@ def test_a_constant_speed_adds_up_to_that_of_the_memory(fps):
     """As a low-pass filter of first order answers a step: v T (1 - exp(-t / T)), whatever the rate."""
     frames = int(8 * MEMORY * fps)
     times = np.arange(1, frames + 1) / fps
-    found = fading(np.full((frames, 1), 0.5 / fps), fps)[:, 0]
+    faded = fading(np.full((frames, 1), 0.5 / fps), fps)[:, 0]
     expected = 0.5 * MEMORY * (1.0 - np.exp(-times / MEMORY))
-    np.testing.assert_allclose(found, expected, atol=0.5 / fps)
+    np.testing.assert_allclose(faded, expected, atol=0.5 / fps)
 
 
 def test_a_single_step_fades_to_a_share_of_e():
     frames = 31
     steps = np.zeros((frames, 3))
     steps[0] = 2.0, -1.0, 0.5
-    found = fading(steps, (frames - 1) / MEMORY)
-    np.testing.assert_allclose(found[-1], steps[0] / np.e, rtol=1e-12)
+    faded = fading(steps, (frames - 1) / MEMORY)
+    np.testing.assert_allclose(faded[-1], steps[0] / np.e, rtol=1e-12)
 
 
 def test_chunks_give_exactly_what_the_whole_gives():
@@ -38,8 +38,8 @@ def test_chunks_give_exactly_what_the_whole_gives():
 def test_a_relative_path_begins_at_the_source_s_and_cannot_leave_it():
     numbers = np.random.default_rng(1)
     lead, path = np.cumsum(numbers.normal(size=(2, 3000, 3)), axis=1)
-    found = relative(path, lead, 30.0)
-    np.testing.assert_array_equal(found[0], lead[0])
+    moved = relative(path, lead, 30.0)
+    np.testing.assert_array_equal(moved[0], lead[0])
     np.testing.assert_allclose(relative(lead + np.array([1.0, 2.0, 3.0]), lead, 30.0), lead, atol=1e-12)
     most = np.abs(np.diff(path - lead, axis=0)).max() / (1.0 - np.exp(-1.0 / (30.0 * MEMORY)))
-    assert np.abs(found - lead).max() < most
+    assert np.abs(moved - lead).max() < most

@@ -202,7 +202,7 @@ def cases() -> dict[str, tuple]:
     u[:6] = [*np.eye(3), (0, -np.pi, 0), (0, 0, 5), (0, 0, 0)]
     same = q * np.where(np.arange(n) % 2, 1, -1)[:, None]
     halves = rotation.multiply(q, np.broadcast_to(HALF_TURNS[2], (n, 4)))
-    found = {
+    operations = {
         "conjugate": (rotation.conjugate, q),
         "normalise": (rotation.normalise, q * np.arange(n)[:, None]),
         "to_rotation_vector": (rotation.to_rotation_vector, q),
@@ -224,8 +224,8 @@ def cases() -> dict[str, tuple]:
         "continuous": (rotation.continuous, q),
     }
     orders = ("ZXY", "XYZ", "ZXZ", "YXY")
-    found |= {f"to_euler_{o}": (lambda q, o=o: rotation.to_euler(q, o), q) for o in orders}
-    return found | {f"from_euler_{o}": (lambda a, o=o: rotation.from_euler(a, o), v) for o in orders}
+    operations |= {f"to_euler_{o}": (lambda q, o=o: rotation.to_euler(q, o), q) for o in orders}
+    return operations | {f"from_euler_{o}": (lambda a, o=o: rotation.from_euler(a, o), v) for o in orders}
 
 
 def _locked() -> np.ndarray:
@@ -240,13 +240,13 @@ CASES = cases()
 def test_tensors_give_the_numbers_of_arrays(name: str) -> None:
     function, *inputs = CASES[name]
     expected = function(*inputs)
-    given = function(*(torch.tensor(each) for each in inputs)).numpy()
+    actual = function(*(torch.tensor(each) for each in inputs)).numpy()
     if name == "slerp_half":  # two shortest ways, and the last bit decides which is taken
-        given, expected = (rotation.angle(each, inputs[0]) for each in (given, expected))
+        actual, expected = (rotation.angle(each, inputs[0]) for each in (actual, expected))
     if name.startswith("to_euler"):  # at gimbal lock the last bit decides which angles are returned
         order = name[-3:]
-        given, expected = (Rotation.from_euler(order, each).as_matrix() for each in (given, expected))
-    np.testing.assert_allclose(given, expected, atol=1e-9)
+        actual, expected = (Rotation.from_euler(order, each).as_matrix() for each in (actual, expected))
+    np.testing.assert_allclose(actual, expected, atol=1e-9)
     assert np.isfinite(expected).all()
 
 

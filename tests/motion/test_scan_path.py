@@ -42,8 +42,8 @@ def test_poses_go_where_the_points_are() -> None:
         numbers.normal(size=(4, 10, 3)),
         list(numbers.normal(size=(4, 25, 3)) + np.array([3.0, 1.0, 0.0])),
     )
-    found = scan_path.along(vertices, points, 0.5)
-    for frame, each, pose in zip(points, found, vertices, strict=True):
+    path = scan_path.along(vertices, points, 0.5)
+    for frame, each, pose in zip(points, path, vertices, strict=True):
         np.testing.assert_allclose(each - each[0], pose - pose[0], atol=1e-12)
         assert each[:, 1].min() == pytest.approx(0.5 * frame[:, 1].min())
         middle = 0.5 * (each.min(axis=0) + each.max(axis=0))

@@ -82,8 +82,8 @@ def test_meshes_numbered_in_one_file_are_a_sequence_and_others_parts(tmp_path, m
         )
         scene.add_geometry(moved, node_name=f"frame{number}", geom_name=f"frame{number}")
     scene.export(tmp_path / "many.glb")
-    found = list(frames_of(tmp_path / "many.glb"))
-    assert [frame.name for frame in found] == ["frame1", "frame2", "frame10"]
+    frames = list(frames_of(tmp_path / "many.glb"))
+    assert [frame.name for frame in frames] == ["frame1", "frame2", "frame10"]
     assert load_scan(tmp_path / "many.glb").motion.frames == 3
     with pytest.raises(FileError, match="holds 3 frames; a target is one mesh"):
         load_body(tmp_path / "many.glb")
@@ -147,8 +147,8 @@ def test_a_doubtful_size_is_told(tmp_path, mesh):
 # ----------------------------------------------------------------------------------------------- bad input
 def test_open_and_crooked_meshes_and_clouds_are_told(tmp_path, mesh):
     holed = written(tmp_path / "open.ply", mesh.vertices, mesh.faces[5:])
-    for found in (load_scan(holed), load_body(holed)):
-        (note,) = found.findings.notes
+    for loaded in (load_scan(holed), load_body(holed)):
+        (note,) = loaded.findings.notes
         assert note.startswith("the mesh is open: ")
     a, b = mesh.faces[0, :2]
     fin = np.concatenate([mesh.vertices, mesh.vertices[a : a + 1] + 0.05])
@@ -220,9 +220,9 @@ def test_two_bodies_are_refused(tmp_path, mesh):
 def test_what_is_no_mesh_gets_a_sentence(tmp_path, name, content, why):
     (tmp_path / name).write_bytes(content)
     for load in (load_scan, load_body):
-        with pytest.raises(BenchError, match=why) as told:
+        with pytest.raises(BenchError, match=why) as error:
             load(tmp_path / name)
-        assert str(told.value).startswith(str(tmp_path / name))
+        assert str(error.value).startswith(str(tmp_path / name))
 
 
 def test_folders_without_frames_or_with_several_formats_are_refused(tmp_path, mesh):

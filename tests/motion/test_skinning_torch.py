@@ -41,11 +41,11 @@ def test_bodies_of_a_batch_are_moved_as_alone():
         "places": [mesh.bound(motions[0].skeleton)[0] for mesh in meshes],
         "turned": [mesh.bound(motions[0].skeleton)[1] for mesh in meshes],
     }
-    given = {name: torch.tensor(np.stack(values)) for name, values in stacked.items()}
-    moves = joint_moves(*(given[name] for name in ("positions", "rotations", "places", "turned")))
+    tensors = {name: torch.tensor(np.stack(values)) for name, values in stacked.items()}
+    moves = joint_moves(*(tensors[name] for name in ("positions", "rotations", "places", "turned")))
     # two vertices and a joint of padding change nothing
-    vertices = torch.nn.functional.pad(given["vertices"], (0, 0, 0, 2))
-    weights = torch.nn.functional.pad(given["weights"], (0, 1, 0, 2))
+    vertices = torch.nn.functional.pad(tensors["vertices"], (0, 0, 0, 2))
+    weights = torch.nn.functional.pad(tensors["weights"], (0, 1, 0, 2))
     padded = [torch.cat([each, each[:, :, :1]], dim=2) for each in moves]
     assert torch.allclose(skinned(vertices, weights, *padded)[:, :, :9], alone, atol=1e-12)
 

@@ -20,7 +20,7 @@ from retarget_bench.motion.roles import find
 from retarget_bench.motion.structures import BODY22
 from retarget_bench.motion.up_axis import UP_AXES
 
-WHOLE = (SMPL, SMPLH, SMPLX)
+COMPLETE = (SMPL, SMPLH, SMPLX)
 
 
 @pytest.fixture
@@ -33,7 +33,7 @@ def places(recording) -> np.ndarray:
 
 
 # -------------------------------------------------------------------------------------------- archives
-@pytest.mark.parametrize("family", WHOLE, ids=lambda each: each.word)
+@pytest.mark.parametrize("family", COMPLETE, ids=lambda each: each.word)
 def test_joints_and_skin_are_where_the_body_model_puts_them(tmp_path, random, family):
     content, body = parameters(random, family), model(random, family, vertices=60 + 2 * len(family))
     file = archive(tmp_path / "a.npz", content)
@@ -65,8 +65,8 @@ def test_all_joints_have_the_roles_that_their_names_mean(family):
         "jaw": None,
         "left_hand": None,
     }
-    found = dict(zip(family.joints, roles, strict=True))
-    assert all(found[joint] == role for joint, role in as_role.items() if joint in found)
+    by_joint = dict(zip(family.joints, roles, strict=True))
+    assert all(by_joint[joint] == role for joint, role in as_role.items() if joint in by_joint)
     assert sum(role is None for role in roles) == {BODY: 0, SMPL: 2, SMPLH: 0, SMPLX: 3}[family]
 
 
@@ -113,7 +113,7 @@ def test_parts_of_poses_mean_the_same_as_all_of_them(tmp_path, random):
 
 
 @pytest.mark.parametrize(
-    ("stated", "known"),
+    ("stated", "expected"),
     [
         ("male", "male"),
         (b"male", "male"),
@@ -123,11 +123,11 @@ def test_parts_of_poses_mean_the_same_as_all_of_them(tmp_path, random):
         (1, "neutral"),
     ],
 )
-def test_genders_are_known_in_every_spelling(tmp_path, random, stated, known):
+def test_genders_are_known_in_every_spelling(tmp_path, random, stated, expected):
     content = parameters(random) | {"gender": np.array(stated)}
     notes = files.read(archive(tmp_path / "a.npz", content)).notes
-    assert notes[0] == f"SMPL-H, {known}, 16 betas"
-    assert (len(notes) > 1) == (known == "neutral")
+    assert notes[0] == f"SMPL-H, {expected}, 16 betas"
+    assert (len(notes) > 1) == (expected == "neutral")
 
 
 def test_the_rate_is_the_file_s_unless_it_is_told(tmp_path, random):
@@ -270,11 +270,11 @@ def test_positions_come_back_from_features(seed, frames, turns):
     random = np.random.default_rng(seed)
     positions = random.normal(size=(frames + 1, 22, 3))
     headings = np.cumsum(np.clip(turns * random.normal(size=frames + 1), -3, 3))
-    found = joint_arrays.from_features(features(positions, headings))
+    restored = joint_arrays.from_features(features(positions, headings))
     begins = Rotation.from_euler("y", -headings[0])
     expected = positions[:-1] - positions[0, 0] * [1, 0, 1]
     expected = begins.apply(expected.reshape(-1, 3)).reshape(expected.shape)
-    np.testing.assert_allclose(found, expected, atol=1e-9)
+    np.testing.assert_allclose(restored, expected, atol=1e-9)
 
 
 def test_features_are_read_as_the_motion_that_they_were_made_of(tmp_path, joints):

@@ -50,8 +50,8 @@ def test_an_archive_in_and_out_is_the_same(tmp_path, random, family, modelled):
     np.testing.assert_allclose(again.positions, imported.motion.positions, atol=METRES)
     if family is SMPLX:
         names = ("root_orient", "pose_body", "pose_jaw", "pose_eye", "pose_hand")
-        whole = np.concatenate([written[name] for name in names], axis=1)
-        np.testing.assert_array_equal(whole, written["poses"])
+        joined = np.concatenate([written[name] for name in names], axis=1)
+        np.testing.assert_array_equal(joined, written["poses"])
 
 
 def test_a_lying_body_is_read_again_as_it_was_written(tmp_path, random):

@@ -103,8 +103,8 @@ def test_body22_of_any_two_legged_rig(real_data, file, count):
     body = reduction.character
     assert len(body.skeleton) == count
     assert [role for role in BODY22 if role in body.roles] == list(body.roles)
-    own, theirs = relative(reduction.apply(motion)), relative(motion)[:, list(reduction.joints)]
-    assert rotation.angle(own, theirs).max() < 1e-7
+    own, original = relative(reduction.apply(motion)), relative(motion)[:, list(reduction.joints)]
+    assert rotation.angle(own, original).max() < 1e-7
     assert deviation(reduction, motion) < 0.02
 
 

@@ -20,14 +20,14 @@ def rows(*tables) -> list[dict[str, str]]:
 
 
 def test_every_number_stands_with_what_belongs_to_it():
-    ours, other, broken, old, *intra = rows(make_table())
-    assert (ours["dataset"], ours["split"], ours["method"], ours["n"]) == (
+    own, other, broken, old, *intra = rows(make_table())
+    assert (own["dataset"], own["split"], own["method"], own["n"]) == (
         "data words",
         "cross",
         "ours",
         "47",
     )
-    world = {key: ours[f"mpjpe_h.world{key}"] for key in ("", ":low", ":high", ":mark", ":n", ":clips")}
+    world = {key: own[f"mpjpe_h.world{key}"] for key in ("", ":low", ":high", ":mark", ":n", ":clips")}
     assert list(world.values()) == ["3.321", "2.91", "3.8", "best", "47", "43"]
     assert (other["mpjpe_h.world:mark"], other["mpjpe_h.world:seeds_sd"]) == ("tied", "0.25")
     assert (other["recall"], other["recall:mark"]) == ("", "n/a")
@@ -85,10 +85,10 @@ def test_json_has_every_number_with_what_belongs_to_it(name):
     (table,) = json.loads(json_document([make_table(name, name)]), parse_constant=strict)
     cross, intra = table["groups"]
     assert (cross["split"], intra["split"]) == ("cross", "intra")
-    ours, other = cross["ranked"]
+    own, other = cross["ranked"]
     (broken, _) = cross["unranked"]
     assert [each["id"] for each in cross["columns"]] == ["mpjpe_h.world", "jerk_ratio", "recall"]
-    world, ratio, _ = ours["cells"]
+    world, ratio, _ = own["cells"]
     assert [world[key] for key in ("value", "interval", "mark", "n", "clips")] == [
         3.321, {"low": 2.91, "high": 3.8}, "best", 47, 43,
     ]  # fmt: skip
@@ -96,14 +96,14 @@ def test_json_has_every_number_with_what_belongs_to_it(name):
     missing = other["cells"][2]
     assert (missing["value"], missing["text"]) == (None, "n/a")
     assert (broken["mark"], broken["n"]) == (printable(name), "0/47")
-    assert ours["label"] == printable(name)
+    assert own["label"] == printable(name)
     assert cross["columns"][0]["unit"] == "% of height"
 
 
 def test_numbers_that_json_cannot_hold_are_missing():
     group = make_table().groups[0]
     row = replace(group.ranked[0], cells=(Cell("clip", float("inf")),) * 3)
-    made = replace(make_table(), groups=(replace(group, ranked=(row,), unranked=()),))
-    (table,) = json.loads(json_document([made]), parse_constant=strict)
+    changed_table = replace(make_table(), groups=(replace(group, ranked=(row,), unranked=()),))
+    (table,) = json.loads(json_document([changed_table]), parse_constant=strict)
     cell = table["groups"][0]["ranked"][0]["cells"][2]
     assert (cell["value"], cell["text"]) == (None, "clip")

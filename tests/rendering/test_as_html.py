@@ -74,8 +74,8 @@ def test_the_page_asks_nobody_for_anything():
 def test_every_column_says_unit_direction_and_meaning_on_the_page(column):
     text = Page(html([make_table()])).text
     assert f"{column.label} {column.arrow}" in text.replace("\xa0", " ")
-    for told in (column.direction, column.meaning, column.id, column.formula, column.version):
-        assert told in text
+    for word in (column.direction, column.meaning, column.id, column.formula, column.version):
+        assert word in text
     assert column.unit in text if column.unit != "1" else "none (a number)" in text
 
 
@@ -91,15 +91,15 @@ def test_everything_that_a_reader_needs_is_on_the_page():
         "47 of 43 clips", "46/47", "n 45",
         "bench run words", "numpy 2", "revision beef", "2026-01-01", "1 (abcd)",
     ]  # fmt: skip
-    assert [told for told in needed if " ".join(told.split()) not in text] == []
+    assert [phrase for phrase in needed if " ".join(phrase.split()) not in text] == []
 
 
 @pytest.mark.parametrize("form", ["text", "md", "tex", "html"])
 def test_columns_of_a_breakdown_say_which_methods_are_not_ranked_and_n_what_it_counts(form):
     columns = (*(replace(column, unit="1") for column in COLUMNS[:2]), replace(COLUMNS[2], mark="control"))
     group = replace(make_table().groups[0], columns=columns, heading="kind", subject="mpjpe_h.world")
-    made = replace(make_table(), groups=(group,), subjects=COLUMNS[:1])
-    drawn = plain_text([made], notes=True) if form == "text" else RENDERERS[form]([made])
+    table = replace(make_table(), groups=(group,), subjects=COLUMNS[:1])
+    drawn = plain_text([table], notes=True) if form == "text" else RENDERERS[form]([table])
     shown = Page(drawn).text if form == "html" else drawn
     assert ("not ranked: control" if form == "html" else "(control)") in shown
     assert words.N_PART in " ".join(shown.split())
@@ -178,8 +178,10 @@ console.log(JSON.stringify(seen));
 @pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
 def test_headings_sort_best_first_then_worst_then_as_it_was():
     (script,) = re.findall(r"<script>(.*?)</script>", html([make_table()]), re.DOTALL)
-    done = subprocess.run(["node", "-"], input=script + ROWS, capture_output=True, text=True, check=True)
-    assert json.loads(done.stdout) == [
+    completed = subprocess.run(
+        ["node", "-"], input=script + ROWS, capture_output=True, text=True, check=True
+    )
+    assert json.loads(completed.stdout) == [
         ["acbed", None, "descending"],  # numbers, not text; equal ones as they were; no number last
         ["ebacd", None, "ascending"],
         ["bdace", None, None],

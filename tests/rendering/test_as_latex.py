@@ -30,8 +30,8 @@ def judge(source: str) -> None:
     lines of another number of cells than the table has columns."""
     body = re.sub(r"\\label\{tab:[a-z0-9_.-]+\}\n", "", code(source))
     assert body.isascii() or all(each.isascii() or each.isalpha() for each in body)
-    found = re.findall(r"\\([a-zA-Z]+)", body.replace("\\\\", " "))
-    assert set(found) <= COMMANDS
+    commands = re.findall(r"\\([a-zA-Z]+)", body.replace("\\\\", " "))
+    assert set(commands) <= COMMANDS
     depth = 0
     for each in re.sub(r"\\[{}\\&%$#_]", "", body):
         depth += (each == "{") - (each == "}")
@@ -78,13 +78,13 @@ def beside(table):
     cross, intra = table.groups
     columns = tuple(replace(c, split=group.split) for group in (cross, intra) for c in group.columns[:2])
 
-    def rows(mine):
-        return tuple(replace(row, cells=2 * row.cells[:2]) for row in mine)
+    def rows(group_rows):
+        return tuple(replace(row, cells=2 * row.cells[:2]) for row in group_rows)
 
-    whole = replace(
+    combined = replace(
         cross, split="", columns=columns, ranked=rows(cross.ranked), unranked=rows(cross.unranked)
     )
-    return replace(table, groups=(whole,))
+    return replace(table, groups=(combined,))
 
 
 def test_splits_stand_beside_each_other():
@@ -93,8 +93,8 @@ def test_splits_stand_beside_each_other():
     assert r" & \multicolumn{2}{c}{cross} & \multicolumn{2}{c}{intra} &  \\" in lines
     assert r"\cmidrule(lr){2-3}\cmidrule(lr){4-5}" in lines
     assert r"{}broken (words) & -- & -- & -- & -- & 0/47 \\" in lines
-    ours = r" & \textbf{3.32} & $1.03$"
-    assert rf"{{}}ours{ours}{ours} & 47 \\" in lines
+    pair = r" & \textbf{3.32} & $1.03$"
+    assert rf"{{}}ours{pair}{pair} & 47 \\" in lines
     other = next(line for line in lines if line.startswith("{}other"))
     assert r"{}\underline{$3.44$} \\ {}{\scriptsize $\pm$0.25}" in other
     assert "4.10" not in other
@@ -133,8 +133,8 @@ def test_more_columns_than_fit_a_page_stand_below_each_other():
         11,
         4,
     ]  # with n
-    ours = [line for line in source.splitlines() if line.startswith("{}ours")]
-    assert re.findall(r"(\d+)\.5", "".join(ours)) == [str(n) for n in range(23)]
+    own_lines = [line for line in source.splitlines() if line.startswith("{}ours")]
+    assert re.findall(r"(\d+)\.5", "".join(own_lines)) == [str(n) for n in range(23)]
     labels = re.findall(r"\\label\{(.*)\}", source)
     assert len(set(labels)) == 3
     assert labels[1] == f"{labels[0]}-2"
@@ -159,6 +159,6 @@ def test_pdflatex_reads_the_worst_names(tmp_path):
     source = r"\documentclass{article}\usepackage{booktabs}\begin{document}" + tables + r"\end{document}"
     (tmp_path / "all.tex").write_text(source, encoding="utf-8")
     command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "-no-shell-escape", "all.tex"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, errors="replace")
-    assert done.returncode == 0, done.stdout[-2000:]
+    completed = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, errors="replace")
+    assert completed.returncode == 0, completed.stdout[-2000:]
     assert "Missing character" not in (tmp_path / "all.log").read_text(errors="replace")

@@ -28,8 +28,8 @@ cross: 47 cases
 """
 
 
-def shown(label="ours", said="words", **options) -> str:
-    return text([make_table(label, said)], **options)
+def shown(label="ours", note="words", **options) -> str:
+    return text([make_table(label, note)], **options)
 
 
 def test_the_table_is_drawn_as_ever():
@@ -122,6 +122,6 @@ def test_all_but_findings_marks_and_problems_waits_for_notes():
     brief, full = (" ".join(text([table], notes=notes).split()) for notes in (False, True))
     assert "ours is best. * best, or equal to it; = no significant difference" in brief
     assert "ours failed on some cases (cross 2): words" in brief
-    for told in ("note words", "how far joints are", "Numbers are means over source clips", words.TIED):
-        assert " ".join(told.split()) not in brief
-        assert " ".join(told.split()) in full
+    for phrase in ("note words", "how far joints are", "Numbers are means over source clips", words.TIED):
+        assert " ".join(phrase.split()) not in brief
+        assert " ".join(phrase.split()) in full

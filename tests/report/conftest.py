@@ -16,7 +16,7 @@ def results(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def made(results, tmp_path_factory):
+def report_file(results, tmp_path_factory):
     """The report of them, as a file."""
     file = tmp_path_factory.mktemp("a report") / "a report.html"
     odd_runs.report(results, "-o", file, "--clips", 4)

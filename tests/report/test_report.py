@@ -61,8 +61,8 @@ class Tags(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def tags(made):
-    return Tags(made.read_text(encoding="utf-8"))
+def tags(report_file):
+    return Tags(report_file.read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
@@ -78,13 +78,15 @@ def test_names_are_text_and_nothing_else(tags):
     assert "49" not in re.findall(r"it's (\S+)", tags.text)
 
 
-def test_nothing_is_loaded_from_elsewhere(made, tags):
+def test_nothing_is_loaded_from_elsewhere(report_file, tags):
     policy = next(each["content"] for tag, each in tags.tags if "http-equiv" in each)
     assert "default-src 'none'" in policy
     links = [each.get("href", each.get("src")) for _, each in tags.tags if {"href", "src"} & each.keys()]
     assert links
     assert all(link.startswith("#") for link in links)
-    assert not re.search(r"url\(|@import|https?://(?!www\.w3\.org)", made.read_text(encoding="utf-8"))
+    assert not re.search(
+        r"url\(|@import|https?://(?!www\.w3\.org)", report_file.read_text(encoding="utf-8")
+    )
 
 
 def test_ids_are_there_once_and_every_link_leads_somewhere(tags):
@@ -266,7 +268,7 @@ def test_without_the_player_no_motion_is_packed(results, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["nowhere"], "no results in nowhere"),
         (["{runs}", "-o", "r.pdf"], "end its name in .html"),
@@ -275,8 +277,8 @@ def test_without_the_player_no_motion_is_packed(results, tmp_path):
         (["{runs}", "-d", "mixamo"], "no results of mixamo in"),
     ],
 )
-def test_what_cannot_be_done_is_told_in_a_sentence(results, tmp_path, monkeypatch, arguments, said):
+def test_what_cannot_be_done_is_told_in_a_sentence(results, tmp_path, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(BenchError, match=re.escape(said)):
+    with pytest.raises(BenchError, match=re.escape(message)):
         report(*(each.format(runs=results) for each in arguments))
     assert list(Path().iterdir()) == []

@@ -33,8 +33,8 @@ def shown(page):
 
 
 @pytest.fixture
-def page(made, open_page):
-    opened = open_page(made, width=1200)
+def page(report_file, open_page):
+    opened = open_page(report_file, width=1200)
     opened.wait_for_selector("#player canvas")
     return opened
 
@@ -105,9 +105,9 @@ def test_cases_methods_splits_and_names_can_be_chosen(page):
     assert nameless == 0
 
 
-def test_a_phone_shows_all_of_it(made, open_page):
+def test_a_phone_shows_all_of_it(report_file, open_page):
     page = open_page(
-        made, width=360, height=700, color_scheme="dark", has_touch=True, reduced_motion="reduce"
+        report_file, width=360, height=700, color_scheme="dark", has_touch=True, reduced_motion="reduce"
     )
     page.wait_for_selector("#player canvas")
     assert sideways(page) <= 0

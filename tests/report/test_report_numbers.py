@@ -62,8 +62,8 @@ def names(page) -> list[str]:
     return page.locator("#cases td:first-child > span").all_inner_texts()
 
 
-def test_all_numbers_of_results_lead_to_cases(made, open_page):
-    pressed = open_page(made, width=1200).evaluate(EMPTY)
+def test_all_numbers_of_results_lead_to_cases(report_file, open_page):
+    pressed = open_page(report_file, width=1200).evaluate(EMPTY)
     assert pressed["numbers"] > 10
     assert pressed["nowhere"] == []
 

@@ -49,7 +49,7 @@ def test_a_method_has_one_colour_in_reports_and_pictures_whoever_stands_beside_i
     bench(
         "plot", "methods", "-r", runs, "-m", "alpha", "-m", "gamma", "-s", "cross", "-o", tmp_path / "t.svg"
     )
-    assert {label: look["color"] for label, look in drawn.items()} == {
+    assert {label: style["color"] for label, style in drawn.items()} == {
         "alpha": colours["alpha"],
         "gamma": colours["gamma"],
     }

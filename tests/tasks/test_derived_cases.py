@@ -154,7 +154,7 @@ def test_asking_fewer_levels_or_motions_leaves_the_others_as_they_are():
 
 
 @pytest.mark.parametrize(
-    ("name", "given", "words"),
+    ("name", "levels", "words"),
     [
         ("denoise", "-1", "standard deviations in centimetres, from 0 to 100; got -1"),
         ("denoise", "nan", "got nan"),
@@ -166,9 +166,9 @@ def test_asking_fewer_levels_or_motions_leaves_the_others_as_they_are():
         ("reconstruct", "1", "reconstruct has no parameter 'levels'; it has motions"),
     ],
 )
-def test_hostile_levels_are_told(name, given, words):
+def test_hostile_levels_are_told(name, levels, words):
     with pytest.raises(BenchError, match=words):
-        task(name, levels=given)
+        task(name, levels=levels)
 
 
 @pytest.mark.parametrize(

@@ -153,8 +153,8 @@ def test_table_2_has_the_printed_numbers_and_our_structures(results, capsys):
 
 # -------------------------------------------------------------------------------------------- pictures
 def line_of(panel, label: str) -> np.ndarray:
-    (found,) = (line for line in panel.lines if line.get_label() == label)
-    return np.array(found.get_xydata())
+    (drawn_line,) = (line for line in panel.lines if line.get_label() == label)
+    return np.array(drawn_line.get_xydata())
 
 
 @pytest.mark.filterwarnings("error::UserWarning")

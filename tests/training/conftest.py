@@ -65,7 +65,7 @@ def toy_run(
         **others: Any,
     ) -> tuple[Any, Silent]:
         reporter = Silent(others.pop("stop", 0))
-        asked = train.TrainingOptions(
+        options = train.TrainingOptions(
             Spec.parse(method) if method else None,
             Spec.parse(data) if data else None,
             out=tmp_path / out,
@@ -73,7 +73,7 @@ def toy_run(
             **others,
         )
         try:
-            return train.train(asked, reporter), reporter
+            return train.train(options, reporter), reporter
         except KeyboardInterrupt:
             return None, reporter
 

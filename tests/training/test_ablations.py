@@ -52,7 +52,7 @@ SPEC, DATA = Spec.parse("toy_trainee"), Spec.parse("toy_walks")
 
 
 @pytest.fixture
-def asked(toy_plugins: None, in_process: None, monkeypatch: pytest.MonkeyPatch) -> train.TrainingOptions:
+def options(toy_plugins: None, in_process: None, monkeypatch: pytest.MonkeyPatch) -> train.TrainingOptions:
     from retarget_bench.training import clips
 
     monkeypatch.setattr(clips, "carried_out", carried_out_here)
@@ -62,7 +62,7 @@ def asked(toy_plugins: None, in_process: None, monkeypatch: pytest.MonkeyPatch) 
     return train.TrainingOptions(SPEC, DATA, preset="quick", budget="4it", seed=0, device="cpu")
 
 
-def test_unknown_tables_are_named_with_those_that_there_are(asked):
+def test_unknown_tables_are_named_with_those_that_there_are(options):
     assert ablations.find(SPEC, "table1") is TOY
     with pytest.raises(BenchError, match=r"no ablation 'table7'; there are table1 \(Toys"):
         ablations.find(SPEC, "table7")
@@ -74,33 +74,33 @@ def test_unknown_tables_are_named_with_those_that_there_are(asked):
         ablations.find(Spec.parse("toy_trainee[pause=0.5]"), "table1")
 
 
-def test_rows_are_trained_once_and_under_one_budget(asked, tmp_path):
+def test_rows_are_trained_once_and_under_one_budget(options, tmp_path):
     reporter = Silent()
-    trained = ablations.train_rows(TOY, asked, tmp_path, reporter)
+    trained = ablations.train_rows(TOY, options, tmp_path, reporter)
     assert {label: spec.parameters.get("pause") for label, spec in trained.items()} == {
         "plain": None,
         "slow": 0.001,
     }
     assert [status.step for status in reporter.moments] == [1, 2, 3, 4] * 2
     again = Silent()
-    ablations.train_rows(TOY, asked, tmp_path, again)
+    ablations.train_rows(TOY, options, tmp_path, again)
     assert not again.moments
     assert sum("trained already" in text for text in again.said) == 2
     with pytest.raises(BenchError, match="began with budget 4it, not 6it"):
-        ablations.train_rows(TOY, replace(asked, budget="6it"), tmp_path, Silent())
+        ablations.train_rows(TOY, replace(options, budget="6it"), tmp_path, Silent())
 
 
-def test_an_interrupted_row_goes_on(asked, tmp_path):
+def test_an_interrupted_row_goes_on(options, tmp_path):
     # a validation, and with it a checkpoint, is due after step 5
     with pytest.raises(KeyboardInterrupt):
-        ablations.train_rows(TOY, replace(asked, budget="8it"), tmp_path, Silent(stop=6))
+        ablations.train_rows(TOY, replace(options, budget="8it"), tmp_path, Silent(stop=6))
     reporter = Silent()
-    ablations.train_rows(TOY, replace(asked, budget="8it"), tmp_path, reporter)
+    ablations.train_rows(TOY, replace(options, budget="8it"), tmp_path, reporter)
     assert [status.step for status in reporter.moments] == [6, 7, 8, *range(1, 9)]
 
 
-def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
-    trained = ablations.train_rows(TOY, asked, tmp_path, Silent())
+def test_the_table_has_the_numbers_of_the_results(options, tmp_path):
+    trained = ablations.train_rows(TOY, options, tmp_path, Silent())
     plan = ablations.plan_of(TOY, trained, DATA, tmp_path / "results", 1)
     assert plan.splits == ("intra", "cross")
     assert len(plan.methods) == 2
@@ -112,24 +112,25 @@ def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
     assert [cell.text for cell in group.rows[0].cells] == ["0.12", "0.1"]
     assert [cell.text for cell in group.rows[2].cells] == ["0.34", "n/a"]
     assert "toy_trainee[pause=0.001," in group.rows[3].about
-    ours = group.rows[1].cells
+    own_cells = group.rows[1].cells
     rows = [line.split(",") for place in places for line in place.rows.read_text().splitlines()[1:]]
     height = {name: body.height for name, body in bound.dataset(DATA).built.characters().items()}
     targets = {info.id: info.target for place in places for info in store.read_cases(place.cases, "", "")}
-    mine = {
+    metres = {
         case: float(value) / 100.0 * height[targets[case]]
         for case, name, _, value in rows
         if name == "mpjpe_h.world"
     }
-    assert ours[0].n == len(mine) == 12
-    assert ours[0].value == pytest.approx(np.mean(list(mine.values())), rel=1e-6)  # as many cases per clip
-    assert ours[1].n == 8
+    assert own_cells[0].n == len(metres) == 12
+    # as many cases per clip
+    assert own_cells[0].value == pytest.approx(np.mean(list(metres.values())), rel=1e-6)
+    assert own_cells[1].n == 8
     text = " ".join(WITH_INTERVALS["text"]([table]).split())
     assert "n, toy_walks: people: Error: 12 cases, pairs 3, clips 4" in text
     assert "Every row of ours: preset quick, trained on walks, tested on toy_walks." in text
 
 
-def test_a_value_that_no_metric_has_is_said(asked, monkeypatch):
+def test_a_value_that_no_metric_has_is_said(options, monkeypatch):
     odd = replace(PAPER, columns=(column("Odd", "intra", value_id="oddness"),))
     monkeypatch.setattr(printed, "published", lambda name: odd)
     with pytest.raises(BenchError, match="no metric computes oddness"):
@@ -138,7 +139,7 @@ def test_a_value_that_no_metric_has_is_said(asked, monkeypatch):
 
 # ------------------------------------------------------------------------------ another data set to test on
 @pytest.fixture
-def bench(asked, monkeypatch, tmp_path, capsys):
+def bench(options, monkeypatch, tmp_path, capsys):
     """``bench ablate`` in this process, its jobs too: exit status, output, errors."""
     often = ["--preset", "quick", "--budget", "4it", "--device", "cpu", "-j", "1", "--out", str(tmp_path)]
     files = ["-d", "toy_walks", *often]
@@ -186,8 +187,8 @@ def test_a_test_set_that_has_changed_is_run_again(bench, monkeypatch):
     status, after, _ = bench("--test", few)
     assert status == 0
     assert "training toy_trainee" not in after
-    ours = re.search(r" plain ([\d.]+) ", after)
-    assert float(ours[1]) == pytest.approx(5.0, abs=1.0), "references are five metres away now"
+    match = re.search(r" plain ([\d.]+) ", after)
+    assert float(match[1]) == pytest.approx(5.0, abs=1.0), "references are five metres away now"
 
 
 def test_what_cannot_be_tested_is_refused_before_anything_is_trained(bench, monkeypatch, tmp_path):

@@ -27,13 +27,13 @@ def motions():
     """Of bodies of four structures: a person of 22 joints and another, one of 28, one of 17, a dog."""
     cast = {
         name: clips
-        for mine in bound.dataset(Spec("puppets")).built.training().values()
-        for name, clips in mine.items()
+        for bodies in bound.dataset(Spec("puppets")).built.training().values()
+        for name, clips in bodies.items()
     }
     chosen = {}
     for name, clips in cast.items():
         chosen.setdefault(clips[0].character.structure, []).append(name)
-    names = [name for mine in chosen.values() for name in mine[:2]]
+    names = [name for bodies in chosen.values() for name in bodies[:2]]
     return [cast[name][0].resample(FPS) for name in names]
 
 
@@ -221,20 +221,20 @@ def test_between_frames_it_is_slerp_nearly(motions):
         np.testing.assert_allclose(moved.root, expected.root, atol=1e-6)
 
 
-@pytest.mark.parametrize(("start", "known"), [(0, 200), (150, 200), (0, 40), (3, 45)])
-def test_speeds_keep_to_the_clip_and_to_their_limits(start, known):
+@pytest.mark.parametrize(("start", "length"), [(0, 200), (150, 200), (0, 40), (3, 45)])
+def test_speeds_keep_to_the_clip_and_to_their_limits(start, length):
     numbers = np.random.default_rng(4)
     for _ in range(50):
         speeds = np.exp(numbers.uniform(-np.log(1.4), np.log(1.4), FRAMES - 1))
         passed = np.concatenate([[0.0], np.cumsum(speeds)])
-        at = placed(passed, start, FRAMES, known)
+        at = placed(passed, start, FRAMES, length)
         assert at[0] >= 0.0
-        assert at[-1] <= known - 1 + 1e-9
+        assert at[-1] <= length - 1 + 1e-9
         assert (np.diff(at) > 0.0).all()
         assert (np.diff(at) <= 1.4 + 1e-9).all()
-        if passed[-1] <= known - 1:
+        if passed[-1] <= length - 1:
             np.testing.assert_allclose(np.diff(at), speeds)
-            assert at[0] == min(start, known - 1 - passed[-1])
+            assert at[0] == min(start, length - 1 - passed[-1])
 
 
 def test_at_the_usual_speed_windows_are_as_they_are():

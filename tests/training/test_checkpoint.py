@@ -17,9 +17,9 @@ def made(step: int, best: int = 0) -> Checkpoint:
     state = {"modules/w": weight, "modules/tied": weight, "optimisers/g/w/step": torch.tensor(float(step))}
     if not best:
         return Checkpoint(step, 1.5 * step, state)
-    found = Best(best, 10.0 / best, {"self": {"e": 10.0 / best, "n": 3}})
-    history = ({"step": best, "seconds": 1.0, "scores": found.scores},)
-    return Checkpoint(step, 1.5 * step, state, found, {"w": torch.full((2,), float(best))}, history)
+    validated = Best(best, 10.0 / best, {"self": {"e": 10.0 / best, "n": 3}})
+    history = ({"step": best, "seconds": 1.0, "scores": validated.scores},)
+    return Checkpoint(step, 1.5 * step, state, validated, {"w": torch.full((2,), float(best))}, history)
 
 
 def files(folder: Path) -> set[str]:
@@ -33,9 +33,9 @@ def test_what_is_read_is_what_was_written(tmp_path):
     stored = checkpoint.read(tmp_path)
     assert (stored.step, stored.seconds, stored.best) == (7, 10.5, written.best)
     assert stored.validation == written.validation
-    for mine, theirs in ((stored.state, written.state), (stored.exported, written.exported)):
-        assert mine.keys() == theirs.keys()
-        assert all(torch.equal(mine[name], theirs[name]) for name in mine)
+    for read, expected in ((stored.state, written.state), (stored.exported, written.exported)):
+        assert read.keys() == expected.keys()
+        assert all(torch.equal(read[name], expected[name]) for name in read)
 
 
 def test_older_tensors_go_and_the_best_stay(tmp_path):

@@ -48,9 +48,9 @@ def files(folder: Path) -> set[str]:
 
 def card(out: Path, method: str) -> Any:
     with tarfile.open(out / f"{method}.tar") as tar:
-        found = tar.extractfile(f"{method}/weights.json")
-        assert found is not None
-        return json.load(found)
+        member = tar.extractfile(f"{method}/weights.json")
+        assert member is not None
+        return json.load(member)
 
 
 def test_a_bundle_is_the_code_and_the_weights_that_training_begins_with(tmp_path: Path) -> None:
@@ -139,7 +139,7 @@ def test_short_runs_add_up_and_a_method_that_fails_costs_itself_alone(tmp_path: 
         tar.add(tmp_path / "humot", "r2et")  # another method's, which r2et refuses
     result = bundle(tmp_path / "second", "r2et", "humot", EARLIER=tmp_path / "out")
     assert result.returncode == 0
-    told = run(tmp_path / "second", tmp_path / "again")
-    assert "ended with status" in told
+    output = run(tmp_path / "second", tmp_path / "again")
+    assert "ended with status" in output
     assert files(tmp_path / "again") == {"run.txt", "humot.tar"}, "steps are timed by the first run alone"
     assert card(tmp_path / "again", "humot")["init"] == card(tmp_path / "out", "humot")["hash"]

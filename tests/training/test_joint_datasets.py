@@ -52,7 +52,7 @@ def test_one_spec_names_them_all_in_their_order(toy_plugins):
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("text", "says"),
     [
         ("puppets+toy_walks+puppets[seed=0]", "^puppets is given twice"),
         (
@@ -62,9 +62,9 @@ def test_one_spec_names_them_all_in_their_order(toy_plugins):
         ("puppets+walks", "no data set is called 'walks'"),
     ],
 )
-def test_what_cannot_be_together(toy_plugins, given, says):
+def test_what_cannot_be_together(toy_plugins, text, says):
     with pytest.raises(BenchError, match=says):
-        canonical(Spec.parse(given))
+        canonical(Spec.parse(text))
 
 
 def test_the_same_plug_in_over_two_folders_is_two_data_sets(toy_plugins):
@@ -80,7 +80,7 @@ def test_without_places_is_without_the_place_of_each():
 
 # ---------------------------------------------------------------------------------------- as a data set
 def test_characters_of_one_name_stay_two_and_structures_of_one_name_are_one(both):
-    assert {name: list(mine) for name, mine in both.training().items()} == {
+    assert {name: list(bodies) for name, bodies in both.training().items()} == {
         "toy": ["small", "tall", "small-2", "tall-2"]
     }
     cast = both.characters()
@@ -93,12 +93,14 @@ names = st.lists(st.sampled_from(("a", "b", "a-2", "a-3", "b-2", "a-2-2")), uniq
 
 
 @given(st.lists(names, min_size=1, max_size=4))
-def test_no_two_characters_get_one_name(given):
+def test_no_two_characters_get_one_name(name_lists):
     card = bound.dataset(Spec("puppets")).built.card
     joint = JointDataset(
-        [SimpleNamespace(card=card, characters=lambda own=own: dict.fromkeys(own)) for own in given]
+        [SimpleNamespace(card=card, characters=lambda own=own: dict.fromkeys(own)) for own in name_lists]
     )
-    here = [member.names[name] for member, own in zip(joint.members, given, strict=True) for name in own]
+    here = [
+        member.names[name] for member, own in zip(joint.members, name_lists, strict=True) for name in own
+    ]
     assert len(set(here)) == len(here)
     assert all(member.names[name].startswith(name) for member in joint.members for name in member.names)
     assert all(name == other for name, other in joint.members[0].names.items())

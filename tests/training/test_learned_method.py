@@ -31,8 +31,8 @@ MANIFEST = {"characters": ["small"], "structures": ["toy"], "kinds": ["wiggle"]}
 
 
 def card(**changes):
-    known = {"method": "shifter", "version": "1", "facts": {"cell": "tf", "layers": 1}}
-    return known | {"training_manifest": MANIFEST} | changes
+    fields = {"method": "shifter", "version": "1", "facts": {"cell": "tf", "layers": 1}}
+    return fields | {"training_manifest": MANIFEST} | changes
 
 
 def write(folder: Path, left: float = 0.0, name: str = weights.BEST, **changes) -> weights.Bundle:
@@ -118,9 +118,9 @@ def test_what_was_asked_for_and_is_not_there_is_an_error_not_a_row(shifter, writ
     """Found when a run is planned, not when its last case is reached."""
     write(shifter / "weights", name="walks")
     method = made(f"shifter[{written}]")
-    for look in (lambda: method.weights_hash, lambda: method.training_manifest, lambda: method.tensors):
+    for call in (lambda: method.weights_hash, lambda: method.training_manifest, lambda: method.tensors):
         with pytest.raises(BenchError, match=words):
-            look()
+            call()
 
 
 def test_what_the_refusal_says_to_write_is_taken(shifter, tmp_path):
@@ -187,22 +187,22 @@ def carry_out(root: Path, *methods: str, **changes) -> list[store.Results]:
 
 def test_local_weights_are_known_by_what_they_are_and_not_by_where_they_lie(shifter, tmp_path):
     """Two of them keep apart; moved elsewhere, they are the same and nothing is computed again."""
-    ours, others = write(tmp_path / "a", 0.01), write(tmp_path / "b", 0.5)
+    own, others = write(tmp_path / "a", 0.01), write(tmp_path / "b", 0.5)
     both = [f"shifter[weights='{tmp_path / name}']" for name in "ab"]
-    found = carry_out(tmp_path / "runs", *both)
+    stored = carry_out(tmp_path / "runs", *both)
     errors = [
         sum(entry.values["mpjpe_h.world"] for entry in results.entries) / len(results.entries)
-        for results in found
+        for results in stored
     ]
     assert errors[0] < 1e-3 < 10 < errors[1]  # the references of the toy cases are 1 cm to the left
-    labels = [results.header.method.label for results in found]
-    assert labels == [f"shifter[weights=local-{bundle.hash[:8]}]" for bundle in (ours, others)]
-    assert found[0].header.method.trained_on == {key: tuple(names) for key, names in MANIFEST.items()}
+    labels = [results.header.method.label for results in stored]
+    assert labels == [f"shifter[weights=local-{bundle.hash[:8]}]" for bundle in (own, others)]
+    assert stored[0].header.method.trained_on == {key: tuple(names) for key, names in MANIFEST.items()}
     for path in (tmp_path / "runs").rglob("*"):
         assert path.is_dir() or str(tmp_path / "a").encode() not in path.read_bytes(), path
     (tmp_path / "a").rename(tmp_path / "moved")
     (again,) = carry_out(tmp_path / "runs", f"shifter[weights='{tmp_path / 'moved'}']", overwrite="never")
-    assert again.header == found[0].header
+    assert again.header == stored[0].header
     assert {entry.status for entry in again.entries} == {"ok"}
 
 
@@ -264,8 +264,8 @@ def test_a_card_is_told_in_words():
 
 
 def test_a_card_may_tell_little():
-    told = [line.partition(":")[0] for line in described({**card(), "hash": "ff"})]
-    assert told == ["trained as", "has seen", "hash"]
+    keys = [line.partition(":")[0] for line in described({**card(), "hash": "ff"})]
+    assert keys == ["trained as", "has seen", "hash"]
 
 
 def test_cards_from_before_they_told_of_motion_and_scoring_are_shown(shifter):

@@ -148,7 +148,7 @@ def test_validation_does_not_disturb_training(toy_run, tmp_path, monkeypatch):
 
 def test_modules_are_in_evaluation_mode_while_they_are_validated(toy_run, monkeypatch):
     """And in training mode again in the next step; what was in evaluation mode before stays in it."""
-    method, seen = type(bound.method(Spec("toy_trainee")).built), []
+    method, modes = type(bound.method(Spec("toy_trainee")).built), []
     build, retarget = method.training_module, method.retarget
 
     def training_module(self, training_data, config):
@@ -157,21 +157,21 @@ def test_modules_are_in_evaluation_mode_while_they_are_validated(toy_run, monkey
         draw = learner.draw
 
         def drawing(numbers, count):
-            seen.append(("step", *(part.training for part in learner.modules.values())))
+            modes.append(("step", *(part.training for part in learner.modules.values())))
             return draw(numbers, count)
 
         learner.draw, self.seen = drawing, learner.modules
         return learner
 
-    def asked(self, source, target, *, context):
+    def recorded(self, source, target, *, context):
         modules = bound.method(Spec("toy_trainee")).built.seen
-        seen.append(("case", *(part.training for part in modules.values())))
+        modes.append(("case", *(part.training for part in modules.values())))
         return retarget(self, source, target, context=context)
 
     monkeypatch.setattr(method, "training_module", training_module)
-    monkeypatch.setattr(method, "retarget", asked)
+    monkeypatch.setattr(method, "retarget", recorded)
     toy_run(budget="20it")
-    assert set(seen) == {("step", True, False, True), ("case", False, False, False)}
+    assert set(modes) == {("step", True, False, True), ("case", False, False, False)}
 
 
 # ------------------------------------------------------------------------------------------- how it ends
@@ -212,14 +212,14 @@ def test_the_weights_kept_are_those_that_validate_best(toy_run, tmp_path, monkey
     wild = dataclasses.replace(method.presets["default"], schedule="triangular", period=80, rate=4.0)
     monkeypatch.setattr(method, "presets", {"default": dataclasses.replace(wild, validate=5, warm_up=0)})
     trained, _ = toy_run()
-    found = {
+    errors = {
         each["step"]: np.mean([split["mpjpe_h.world"] for split in each["scores"].values()])
         for each in trained.at.validation
     }
-    best = min(found, key=found.get)
+    best = min(errors, key=errors.get)
     assert best < 40
     assert trained.at.best.step == best
-    assert trained.at.best.score == pytest.approx(found[best])
+    assert trained.at.best.score == pytest.approx(errors[best])
     bundle = weights.read(tmp_path / "run")
     torch.testing.assert_close(
         bundle.tensors["weight"], trained.at.exported["weight"], rtol=1e-3, atol=1e-4
@@ -248,6 +248,6 @@ def test_batches_drawn_beforehand_by_processes_change_nothing(toy_plugins, tmp_p
         module = built.training_module(data, config)
         folder, cpu = tmp_path / str(workers), torch.device("cpu")
         folder.mkdir()
-        told = [lambda *_: None] * 2
-        loop.Loop(module, config, Budget(steps=6), 7, cpu, folder, None, *told, workers=workers).run()
+        callbacks = [lambda *_: None] * 2
+        loop.Loop(module, config, Budget(steps=6), 7, cpu, folder, None, *callbacks, workers=workers).run()
     same(state(tmp_path / "0"), state(tmp_path / "2"))

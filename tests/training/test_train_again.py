@@ -65,13 +65,13 @@ def test_a_folder_in_which_another_process_trains_is_refused(toy_run, tmp_path):
 def test_a_run_keeps_its_folder_as_long_as_it_trains(toy_run, tmp_path, monkeypatch):
     messages = []
 
-    def look(*_):
+    def attempt(*_):
         with pytest.raises(BenchError) as caught, request.locked(tmp_path / "run"):
             pass
         messages.append(str(caught.value))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(train.Loop, "_after", look)
+    monkeypatch.setattr(train.Loop, "_after", attempt)
     toy_run(preset="quick")
     assert messages == [f"another process is training in {tmp_path / 'run'}"]
 

@@ -32,8 +32,10 @@ def test_it_says_every_validation_and_how_to_use_the_weights(bench, tmp_path):
     assert status == 0
     amount, *lines = out.splitlines()
     assert re.fullmatch(r"training on \d+ minutes of motion: \d+ clips of \d+ characters", amount)
-    said = r"step (\d+), \d+ s: generator [\d.]+, critic [\d.]+; validation intra [\d.]+ / [\d.]+, cross .*"
-    assert [re.fullmatch(said, line)[1] for line in lines[:3]] == ["15", "30", "40"]
+    pattern = (
+        r"step (\d+), \d+ s: generator [\d.]+, critic [\d.]+; validation intra [\d.]+ / [\d.]+, cross .*"
+    )
+    assert [re.fullmatch(pattern, line)[1] for line in lines[:3]] == ["15", "30", "40"]
     assert lines[3].startswith("toy_trainee: 40 steps in ")
     method = f"{TRAINEE}[weights={tmp_path / 'a b'}]"
     assert lines[4] == f"Use them: bench run '{method}' -d '{WALKS}'"

@@ -138,19 +138,19 @@ def test_the_gradient_is_the_mean_over_the_batches_of_all_processes(pair, toy_pl
     training_data = gather(Spec("toy_walks"), Spec("toy_trainee"), 30.0, 1, lambda *_: None)
     torch.manual_seed(5)
     module = built.training_module(training_data, config)
-    mine = list(module.modules["map"].parameters())
-    total = [torch.zeros_like(each) for each in mine]
+    parameters = list(module.modules["map"].parameters())
+    total = [torch.zeros_like(each) for each in parameters]
     for rank in (0, 1):
         sequence = np.random.SeedSequence([5, 0, rank])
         torch.manual_seed(int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1)))
         batch = module.draw(np.random.default_rng(sequence), config.batch // 2)
         terms = module.losses("generator", {"root": torch.from_numpy(batch["root"])}, {})
-        grads = torch.autograd.grad(sum(terms.values()), mine)
+        grads = torch.autograd.grad(sum(terms.values()), parameters)
         total = [t + g / 2 for t, g in zip(total, grads, strict=True)]
     norm = torch.cat([each.flatten() for each in total]).norm()
     rate = config.rate_at(0, 0.0)
     expected = []
-    for p, g in zip(mine, total, strict=True):
+    for p, g in zip(parameters, total, strict=True):
         clipped = g * min(1.0, 1.0 / (float(norm) + 1e-6))
         expected += (p - rate * clipped / (clipped.abs() + 1e-8)).flatten().tolist()
     after = noted(pair / "whole-dump", 0)[1]

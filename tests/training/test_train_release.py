@@ -34,12 +34,12 @@ def released(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.setattr(train.log, "draw", lambda *_: None)
     monkeypatch.setattr(release, "TRAININGS", (release.Training("toy_trainee", 1, 1),))
     monkeypatch.setattr(release, "TINY", "toy_walks")
-    monkeypatch.setattr(release, "run", lambda methods, **others: asked.append((methods, others)) or None)
+    monkeypatch.setattr(release, "run", lambda methods, **others: calls.append((methods, others)) or None)
     monkeypatch.setattr(release, "write_tables", lambda *_: None)
-    asked: list[Any] = []
+    calls: list[Any] = []
 
     def command(*words: str) -> list[Any]:
-        asked.clear()
+        calls.clear()
         with without_processes():
             result = CliRunner().invoke(
                 release.command,
@@ -47,7 +47,7 @@ def released(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
             )
         if result.exception and not isinstance(result.exception, SystemExit):
             raise result.exception
-        return asked
+        return calls
 
     return command
 

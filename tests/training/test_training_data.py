@@ -61,19 +61,21 @@ def test_what_is_left_out_is_never_drawn_and_all_else_is_as_likely():
 
     data = training_data(a=1)
     rows = data.draw(np.random.default_rng(6), ["a"] * 4000, 16, 6, left_out).arrays["values"]
-    found, counts = np.unique(rows[:, 0, 0, 0] / 100.0, return_counts=True)
-    assert found.tolist() == [0.0, 6.0, 12.0, 24.0, 30.0]  # 0 of the short clip alone
+    numbers, counts = np.unique(rows[:, 0, 0, 0] / 100.0, return_counts=True)
+    assert numbers.tolist() == [0.0, 6.0, 12.0, 24.0, 30.0]  # 0 of the short clip alone
     assert (np.abs(counts - 800) < 5.0 * np.sqrt(800)).all()
 
 
 def test_stored_clips_may_differ_in_joints_and_arrays(tmp_path):
-    mine = [clip for clips in training_data(a=3, b=5).clips.values() for clip in clips]
-    mine.append(
+    written = [clip for clips in training_data(a=3, b=5).clips.values() for clip in clips]
+    written.append(
         ClipArrays("c", "other", {"turn": np.ones((7, 2), np.float32), "path": np.zeros((7, 2, 3))})
     )
-    read = StoredClips.write(tmp_path / "clips", mine).read()
-    assert [(clip.character, clip.name) for clip in read] == [(clip.character, clip.name) for clip in mine]
-    for one, other in zip(read, mine, strict=True):
+    read = StoredClips.write(tmp_path / "clips", written).read()
+    assert [(clip.character, clip.name) for clip in read] == [
+        (clip.character, clip.name) for clip in written
+    ]
+    for one, other in zip(read, written, strict=True):
         assert list(one.arrays) == list(other.arrays)
         for name, array in other.arrays.items():
             np.testing.assert_array_equal(one.arrays[name], array)

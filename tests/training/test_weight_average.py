@@ -45,17 +45,17 @@ def noted(folder):
 def test_it_is_the_average_written_out(averaged_run, tmp_path, monkeypatch):
     monkeypatch.setenv("TOY_DUMP", str(tmp_path))
     averaged_run(budget="24it")
-    begun, found = noted(tmp_path), part(tmp_path / "run", "average/")
+    begun, averaged = noted(tmp_path), part(tmp_path / "run", "average/")
     last = part(tmp_path / "run", "modules/")
     names = ["map.weight", "map.bias", "critic.weight", "critic.bias"]
-    assert set(found) == set(names)
+    assert set(averaged) == set(names)
     after = [*(begun[step] for step in range(1, 24)), torch.cat([last[n].flatten() for n in names]).numpy()]
     average = begun[0]
     for step, now in enumerate(after, 1):
         decay = min(DECAY, (1 + step) / (10 + step))
         average = decay * average + (1 - decay) * now
     torch.testing.assert_close(
-        torch.cat([found[name].flatten() for name in names]).double(),
+        torch.cat([averaged[name].flatten() for name in names]).double(),
         torch.from_numpy(average),
         rtol=1e-5,
         atol=1e-6,
@@ -90,18 +90,18 @@ def test_interrupted_and_resumed_it_is_the_uninterrupted_average(averaged_run, t
 
 
 def test_the_average_is_validated_and_kept_and_buffers_are_as_they_are(averaged_run, tmp_path, monkeypatch):
-    method, asked = type(bound.method(Spec("toy_trainee")).built), []
+    method, snapshots = type(bound.method(Spec("toy_trainee")).built), []
     retarget = method.retarget
 
-    def seen(self, source, target, *, context):
-        asked.append({name: each.clone() for name, each in self.tensors.items()})
+    def recorded(self, source, target, *, context):
+        snapshots.append({name: each.clone() for name, each in self.tensors.items()})
         return retarget(self, source, target, context=context)
 
-    monkeypatch.setattr(method, "retarget", seen)
+    monkeypatch.setattr(method, "retarget", recorded)
     trained, _ = averaged_run(budget="15it")
     average = part(tmp_path / "run", "average/")
     assert not torch.equal(average["map.weight"], part(tmp_path / "run", "modules/")["map.weight"])
-    for tensors in (asked[-1], trained.at.exported):
+    for tensors in (snapshots[-1], trained.at.exported):
         same(dict(tensors), {name: average[f"map.{name}"] for name in ("weight", "bias")})
     assert "critic.history" not in average
     card = json.loads((tmp_path / "run" / "weights.json").read_text())

@@ -205,7 +205,7 @@ def test_weights_that_are_not_there_are_told_from_weights_without_a_card(tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("asked", "words"),
+    ("changes", "words"),
     [
         ({"method": "yours"}, "weights of mine, not of yours"),
         ({"version": "3"}, "trained with version 2 of mine, and this is version 3"),
@@ -218,12 +218,12 @@ def test_weights_that_are_not_there_are_told_from_weights_without_a_card(tmp_pat
         ({"facts": {"cell": "torch", "layers": 2}}, "one of the two lacks dropout"),
     ],
 )
-def test_weights_of_another_method_version_or_make_are_refused(tmp_path, asked, words):
+def test_weights_of_another_method_version_or_make_are_refused(tmp_path, changes, words):
     weights.write(tmp_path, "w", some(), CARD)
     fitting = {key: CARD[key] for key in weights.NEEDED}
     assert set(weights.read(tmp_path / "w.json", **fitting).tensors) == set(some())
     with pytest.raises(BenchError, match=words):
-        weights.read(tmp_path / "w.json", **(fitting | asked))
+        weights.read(tmp_path / "w.json", **(fitting | changes))
 
 
 # ------------------------------------------------------------------------------------- writing that fails
@@ -298,16 +298,16 @@ def test_modules_take_tensors_of_their_own_names_and_shapes_only():
     weights.fill(module, other.state_dict())
     assert all(torch.equal(a, b) for a, b in zip(module.parameters(), other.parameters(), strict=True))
     before = {name: tensor.clone() for name, tensor in module.state_dict().items()}
-    whole = {name: tensor + 1 for name, tensor in other.state_dict().items()}
+    complete = {name: tensor + 1 for name, tensor in other.state_dict().items()}
     wrong = [
         ({"more": torch.zeros(1)}, "more is not known to it"),
         ({"weight_ih": torch.zeros(12, 4)}, r"weight_ih has shape \(12, 4\), the network's has \(12, 3\)"),
     ]
     for change, words in wrong:
         with pytest.raises(BenchError, match=words):
-            weights.fill(module, whole | change)
+            weights.fill(module, complete | change)
     with pytest.raises(BenchError, match="bias_hh is missing"):
-        weights.fill(module, {name: each for name, each in whole.items() if name != "bias_hh"})
+        weights.fill(module, {name: each for name, each in complete.items() if name != "bias_hh"})
     assert all(torch.equal(tensor, before[name]) for name, tensor in module.state_dict().items())
 
 

@@ -12,11 +12,11 @@ from retarget_bench.viewer.scene import Scene
 def mounted(open_page, tmp_path):
     """``mounted(scene…, options=…, skins=…, **of the page)``: a page whose player of the first is ready."""
 
-    def made(*scenes: Scene, options: dict | None = None, skins: bool = False, **context):
+    def mount(*scenes: Scene, options: dict | None = None, skins: bool = False, **context):
         file = tmp_path / "a page.html"
         file.write_text(page(*(scenes or (scene(),)), options=options, skins=skins), encoding="utf-8")
         opened = open_page(file, **context)
         opened.evaluate("view.ready")
         return opened
 
-    return made
+    return mount

@@ -224,17 +224,17 @@ def test_marks_contacts_and_colours_are_where_they_should_be(mounted):
             found += asked.every((v, k) => Math.abs(v - data[i + k]) < 12);
         return found; }"""
 
-    def seen(name: str, at: int, *labels: str) -> int:
+    def pixels(name: str, at: int, *labels: str) -> int:
         opened.evaluate("([labels, at]) => { view.select(labels); view.seek(at); }", [labels, at])
         frame(opened)
         return opened.evaluate(count, name)
 
-    assert seen("sunk", 4, "sunk") > 20
-    assert seen("sunk", 4, "reference") == 0
-    assert seen("contact", 4, "reference") > 20
-    assert seen("contact", FRAMES - 1, "reference") == 0
-    assert seen("slide", 8, "good") > 10, "its foot stands by its label, and goes on"
-    assert seen("slide", 0, "good") == 0
+    assert pixels("sunk", 4, "sunk") > 20
+    assert pixels("sunk", 4, "reference") == 0
+    assert pixels("contact", 4, "reference") > 20
+    assert pixels("contact", FRAMES - 1, "reference") == 0
+    assert pixels("slide", 8, "good") > 10, "its foot stands by its label, and goes on"
+    assert pixels("slide", 0, "good") == 0
 
 
 # ------------------------------------------------------------------------------------------ odd scenes

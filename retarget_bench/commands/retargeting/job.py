@@ -77,11 +77,11 @@ class Job:
     preview: Path | None = None
 
 
-def retarget(job: Job, say: Say, warn: Say) -> Verdict | None:
-    """Carry out a job and return the verdict; None where motions cannot be compared, or where nothing is
-    to be printed or written of it. Raises BenchError.
+def retarget(job: Job, say: Say, warn: Say, judged: bool = True) -> Verdict | None:
+    """Carry out a job and return the verdict; None where motions cannot be compared. Raises BenchError.
 
-    say, warn: are given notes and a summary, and warnings.
+    say, warn: are given notes and a summary, and warnings. judged: whether anybody reads the verdict; where
+    nobody does, and there is no preview, it is None too.
     """
     options = job.options
     motions.check_output(job.out, job.source.path, job.target.path)
@@ -105,7 +105,7 @@ def retarget(job: Job, say: Say, warn: Say) -> Verdict | None:
         f"second on the body of {target.name}, by {options.method or defaults.METHOD}; "
         f"{followed} of {len(target.skeleton)} joints follow it; {_units(job, body)}"
     )
-    if options.quiet and options.report is None and job.preview is None:  # nobody would read it
+    if not judged and job.preview is None:
         return None
     compared_source, verdict = compared(source, options), None
     try:

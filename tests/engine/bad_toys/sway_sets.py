@@ -18,9 +18,9 @@ DEEDS = {
     "text": lambda *_: "0.5",
     "huge": lambda *_: 1e301,
     "exit": lambda *_: os._exit(5),
-    "nan": lambda made, real, speed: CaseFeatures(made * np.nan, real, speed),
-    "ragged": lambda made, real, speed: CaseFeatures(made, real[:1], speed),
-    "wider": lambda made, real, speed: CaseFeatures(np.tile(made, 2), np.tile(real, 2), speed),
+    "nan": lambda predicted, real, speed: CaseFeatures(predicted * np.nan, real, speed),
+    "ragged": lambda predicted, real, speed: CaseFeatures(predicted, real[:1], speed),
+    "wider": lambda predicted, real, speed: CaseFeatures(np.tile(predicted, 2), np.tile(real, 2), speed),
 }
 
 
@@ -41,13 +41,13 @@ class SwaySets:
         return "none"
 
     def features(self, comparison):
-        made, real = (
+        generated, real = (
             side[::4, 0].astype(np.float32) for side in (comparison.predicted, comparison.expected)
         )
-        found = made, real, np.linspace(0, 1, len(made), dtype=np.float32)
+        arguments = generated, real, np.linspace(0, 1, len(generated), dtype=np.float32)
         if self._features and comparison.case.info.id == "toy/small>tall/clip 0":
-            return self._features(*found)
-        return CaseFeatures(*found)
+            return self._features(*arguments)
+        return CaseFeatures(*arguments)
 
     def least(self, value_id):
         return 1

@@ -30,8 +30,8 @@ class Hostile:
     def retarget(self, source, target, *, context):
         if self.does.startswith("remember"):
             return self._remembered(source, target)
-        found = getattr(self, f"_{self.does}")(target)
-        return found or target.motion(source.rotations, source.root, source.fps)
+        answer = getattr(self, f"_{self.does}")(target)
+        return answer or target.motion(source.rotations, source.root, source.fps)
 
     def _batch(self, sources, targets, *, contexts):
         return [self._remembered(*each) for each in zip(sources, targets, strict=True)]
@@ -130,10 +130,10 @@ class Hostile:
 
     def _kill_others(self, target):
         """Every worker, of all scoring processes of the run; no other run."""
-        mine = {os.getpid(), *_ancestors()}
+        own_processes = {os.getpid(), *_ancestors()}
         for each in psutil.Process(_ancestors()[3]).children(recursive=True):
             with suppress(psutil.Error):
-                if "RETARGET_BENCH_WORKER" in each.environ() and each.pid not in mine:
+                if "RETARGET_BENCH_WORKER" in each.environ() and each.pid not in own_processes:
                     each.kill()
 
     def _tamper(self, target):
@@ -204,11 +204,11 @@ class Hostile:
 
 def _ancestors():
     """Of a process that answers: its worker, the fork server, the scoring process, that of the run."""
-    found, pid = [], os.getppid()
+    pids, pid = [], os.getppid()
     while pid > 1:
-        found.append(pid)
+        pids.append(pid)
         pid = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
-    return found
+    return pids
 
 
 plugin = Hostile

@@ -26,8 +26,8 @@ class Impostor:
         return None
 
     def retarget(self, source, target, *, context):
-        found = getattr(self, f"_{self.does}", lambda *_: None)(target, context)
-        return found or target.motion(source.rotations, source.root, source.fps)
+        answer = getattr(self, f"_{self.does}", lambda *_: None)(target, context)
+        return answer or target.motion(source.rotations, source.root, source.fps)
 
     def _desk(self):
         frame = sys._getframe()
@@ -38,12 +38,12 @@ class Impostor:
 
     def _instead(self, make):
         """Answer with what ``make`` puts in the place of the file."""
-        desk, question = self._desk()
+        endpoint, question = self._desk()
         make(Path(question["answer"]))
-        said = {"status": "ok", "message": ""}
+        reply = {"status": "ok", "message": ""}
         if Path(question["answer"]).is_file():
-            said["digest"] = digest(Path(question["answer"]).read_bytes())
-        desk.channel.send({"answers": [said]})
+            reply["digest"] = digest(Path(question["answer"]).read_bytes())
+        endpoint.channel.send({"answers": [reply]})
         os._exit(0)
 
     def _link(self, target, context):

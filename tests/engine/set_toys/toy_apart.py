@@ -33,12 +33,12 @@ class ToyApart:
         ]
 
     def load(self, info):
-        found = self._toys.load(replace(info, source=info.source, target=info.target))
-        target = self._named(found.target)
-        source = replace(found.source, character=self._named(found.source.character))
+        case = self._toys.load(replace(info, source=info.source, target=info.target))
+        target = self._named(case.target)
+        source = replace(case.source, character=self._named(case.source.character))
         if info.source != info.target:
             return Case(info, source, target)
-        return Case(info, source, target, reference=replace(found.reference, character=target))
+        return Case(info, source, target, reference=replace(case.reference, character=target))
 
     def real(self, task, structure):
         if structure != "tall":

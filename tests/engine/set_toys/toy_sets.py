@@ -35,11 +35,11 @@ class ToySets:
 
     def features(self, comparison):
         self.network(comparison.target)
-        made = _pieces(comparison.prediction.positions)
+        pieces = _pieces(comparison.prediction.positions)
         if comparison.case.reference is None:
-            return CaseFeatures(made, made[:0], np.linspace(0, 1, len(made), dtype=np.float32))
+            return CaseFeatures(pieces, pieces[:0], np.linspace(0, 1, len(pieces), dtype=np.float32))
         real = _pieces(comparison.case.reference.positions)
-        return CaseFeatures(made, real, np.linspace(0, 1, len(real), dtype=np.float32))
+        return CaseFeatures(pieces, real, np.linspace(0, 1, len(real), dtype=np.float32))
 
     def least(self, value_id):
         return 10**6 if value_id == "toy_many" else 1

@@ -51,10 +51,10 @@ class ToyLearner:
         self._note(int(critic.steps))
         critic.steps += 1
         self._misbehave(int(critic.steps))
-        made = self.modules["map"](self.modules["noise"](root))
-        memory["made"] = made.detach()
-        fooled = 0.01 * (critic(made) - critic.score).square().mean()
-        wrong = (made - root).square().mean()
+        generated = self.modules["map"](self.modules["noise"](root))
+        memory["made"] = generated.detach()
+        fooled = 0.01 * (critic(generated) - critic.score).square().mean()
+        wrong = (generated - root).square().mean()
         return {"rebuilt": wrong * (math.nan if self._is("nan", 13) else 1.0), "fooled": fooled}
 
     def _critic(self, root, memory):

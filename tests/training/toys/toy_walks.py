@@ -96,8 +96,10 @@ class ToyWalks:
     def load(self, info):
         number = int(info.clip.split()[1])
         source, target = (self._bodies[name] for name in (info.source, info.target))
-        known = info.split != "cross" or self.kind != "apart"
-        return Case(info, walk(source, number, 20), target, walk(target, number, 20) if known else None)
+        has_reference = info.split != "cross" or self.kind != "apart"
+        return Case(
+            info, walk(source, number, 20), target, walk(target, number, 20) if has_reference else None
+        )
 
 
 plugin = ToyWalks
