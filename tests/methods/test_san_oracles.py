@@ -57,56 +57,56 @@ def oracle(real_data):
 
 
 @pytest.fixture(params=BOTH)
-def found(request, oracle):
+def recorded(request, oracle):
     return oracle(request.param)
 
 
-def character(found: Oracle, number: int, structure: str) -> Character:
+def character(recorded: Oracle, number: int, structure: str) -> Character:
     """A body of the authors', in metres; its root is called the hips."""
-    names = ["Hips" if not k else name.replace("Hips", "Lower") for k, name in enumerate(_names(found))]
-    parents = np.array([-1, *found["structure/parents"][1:]])
-    offsets = found["structure/offsets"][number].double().numpy() / 100
+    names = ["Hips" if not k else name.replace("Hips", "Lower") for k, name in enumerate(_names(recorded))]
+    parents = np.array([-1, *recorded["structure/parents"][1:]])
+    offsets = recorded["structure/offsets"][number].double().numpy() / 100
     skeleton = Skeleton(tuple(names), parents, offsets)
-    return Character.of(str(found["structure/characters"][number]), skeleton, structure=structure)
+    return Character.of(str(recorded["structure/characters"][number]), skeleton, structure=structure)
 
 
-def _names(found: Oracle) -> list[str]:
-    return [str(name) for name in found["structure/names"]]
+def _names(recorded: Oracle) -> list[str]:
+    return [str(name) for name in recorded["structure/names"]]
 
 
-def structure_of(found: Oracle, design: Design = RELEASED) -> Structure:
+def structure_of(recorded: Oracle, design: Design = RELEASED) -> Structure:
     """Ours with the authors' weights; rows 1 and 2 of the statistics are those of their characters."""
-    body = character(found, 0, "any")
+    body = character(recorded, 0, "any")
     made = Structure(layout_of(body.skeleton.parents.tolist(), body.roles), design, ("a", "b"))
-    networks = (saved(found, name) for name in ("auto_encoder", "static_encoder"))
+    networks = (saved(recorded, name) for name in ("auto_encoder", "static_encoder"))
     for name, tensor in released.parameters(made, *networks):
         made.get_parameter(name).data = tensor.contiguous()
     for mine, name in ((made.mean, "norm/mean"), (made.deviation, "norm/var")):
-        mine[1:].flatten(1)[:, :-1] = found[name][..., 0]
+        mine[1:].flatten(1)[:, :-1] = recorded[name][..., 0]
     made.mean[1:, -1, 3], made.deviation[1:, -1, 3] = 0.0, 1.0
     return made
 
 
-def saved(found: Oracle, network: str) -> SavedNetwork:
-    return SavedNetwork(Path(network), authors_files.state(found.arrays, network))
+def saved(recorded: Oracle, network: str) -> SavedNetwork:
+    return SavedNetwork(Path(network), authors_files.state(recorded.arrays, network))
 
 
-def discriminator_of(found: Oracle) -> Discriminator:
-    body = character(found, 0, "any")
+def discriminator_of(recorded: Oracle) -> Discriminator:
+    body = character(recorded, 0, "any")
     layout = layout_of(body.skeleton.parents.tolist(), body.roles)
     made = Discriminator(RELEASED.levels(layout))
-    fill_discriminator(made, found)
+    fill_discriminator(made, recorded)
     return made
 
 
-def fill_discriminator(made: Discriminator, found: Oracle) -> None:
-    network = saved(found, "discriminator")
+def fill_discriminator(made: Discriminator, recorded: Oracle) -> None:
+    network = saved(recorded, "discriminator")
     for layer, name in ((made.first, "layers.0.0"), (made.last, "layers.1.0")):
         count = 1 + layer.pairs[-1][0]
         layer.weight.data = network.blocks(name, layer.pairs, (count, count)).contiguous()
     made.last.bias.data = network.take("layers.1.0.bias").view_as(made.last.bias)
     for name in ("weight", "bias", "running_mean", "running_var"):
-        getattr(made.norm, name).data = found[f"state/discriminator/layers.0.1.{name}"].clone()
+        getattr(made.norm, name).data = recorded[f"state/discriminator/layers.0.1.{name}"].clone()
 
 
 def slots(channels: Tensor) -> Tensor:
@@ -120,16 +120,16 @@ def channels(values: Tensor) -> Tensor:
     return values.flatten(2)[..., :-1].transpose(1, 2)
 
 
-def bones(found: Oracle, rows: Any = None) -> Tensor:
+def bones(recorded: Oracle, rows: Any = None) -> Tensor:
     """``(rows, slots, 3)`` centimetres, of the characters of the input if not said otherwise; the root's
     offset, zero, is last."""
-    rows = found["input/character_of_sample"] if rows is None else rows
-    return found["structure/offsets"][rows.tolist()].roll(-1, 1)
+    rows = recorded["input/character_of_sample"] if rows is None else rows
+    return recorded["structure/offsets"][rows.tolist()].roll(-1, 1)
 
 
-def rows(found: Oracle) -> Tensor:
+def rows(recorded: Oracle) -> Tensor:
     """Of the statistics of the characters of the input."""
-    return torch.from_numpy(found["input/character_of_sample"]).long() + 1
+    return torch.from_numpy(recorded["input/character_of_sample"]).long() + 1
 
 
 def close(ours: Tensor, theirs: Tensor, relative: float = 1e-5) -> None:
@@ -143,93 +143,93 @@ def listed(table: np.ndarray) -> tuple[tuple[int, ...], ...]:
 
 
 # ---------------------------------------------------------------------------------------- skeletons
-def test_neighbours_and_poolings_are_the_authors(found):
-    edges = Edges.of(found["structure/parents"].tolist())
-    assert [list(pair) for pair in edges.pairs] == found["edges/auto_encoder/0"].tolist()
-    assert edges.neighbours(2, "released") == listed(found["neighbours/auto_encoder/0"])
+def test_neighbours_and_poolings_are_the_authors(recorded):
+    edges = Edges.of(recorded["structure/parents"].tolist())
+    assert [list(pair) for pair in edges.pairs] == recorded["edges/auto_encoder/0"].tolist()
+    assert edges.neighbours(2, "released") == listed(recorded["neighbours/auto_encoder/0"])
     groups, left = edges.pooled()
-    assert groups == listed(found["pooling_list/auto_encoder/0"])
-    assert [list(pair) for pair in left.pairs] == found["edges/auto_encoder/1"].tolist()
-    assert left.neighbours(2, "released") == listed(found["neighbours/auto_encoder/1"])
-    assert left.pooled(entire=True)[0] == listed(found["pooling_list/auto_encoder/1"])
+    assert groups == listed(recorded["pooling_list/auto_encoder/0"])
+    assert [list(pair) for pair in left.pairs] == recorded["edges/auto_encoder/1"].tolist()
+    assert left.neighbours(2, "released") == listed(recorded["neighbours/auto_encoder/1"])
+    assert left.pooled(entire=True)[0] == listed(recorded["pooling_list/auto_encoder/1"])
     pairs, last = left.pooled()
-    assert pairs == listed(found["pooling_list/discriminator/1"])
-    assert [list(pair) for pair in last.pairs] == found["edges/discriminator/2"].tolist()
+    assert pairs == listed(recorded["pooling_list/discriminator/1"])
+    assert [list(pair) for pair in last.pairs] == recorded["edges/discriminator/2"].tolist()
 
 
 # ----------------------------------------------------------------------------------------- networks
-def test_networks_answer_as_the_authors(found):
-    made = structure_of(found).eval()
-    seen = slots(found["input/motion"])
+def test_networks_answer_as_the_authors(recorded):
+    made = structure_of(recorded).eval()
+    seen = slots(recorded["input/motion"])
     with torch.no_grad():
-        both = made.codes(bones(found, np.arange(2)))
-        close(both[0].view_as(found["output/skeleton_code/0"]), found["output/skeleton_code/0"])
-        close(both[1], found["output/skeleton_code/1"])
-        close(made.skeleton.layer(1, both[1]), found["output/skeleton_code/2"])
-        codes = made.codes(bones(found))
+        both = made.codes(bones(recorded, np.arange(2)))
+        close(both[0].view_as(recorded["output/skeleton_code/0"]), recorded["output/skeleton_code/0"])
+        close(both[1], recorded["output/skeleton_code/1"])
+        close(made.skeleton.layer(1, both[1]), recorded["output/skeleton_code/2"])
+        codes = made.codes(bones(recorded))
         code = made.encoder(seen, codes)
-        close(code.flatten(2).transpose(1, 2), found["output/motion_code"])
+        close(code.flatten(2).transpose(1, 2), recorded["output/motion_code"])
         decoded = made.decoder(code, codes)
-        close(channels(decoded), found["output/decoded"])
-        close(channels(made.plain(seen, rows(found))), found["output/motion_denormalised"])
+        close(channels(decoded), recorded["output/decoded"])
+        close(channels(made.plain(seen, rows(recorded))), recorded["output/motion_denormalised"])
         made.freeze()
-        close(channels(made.decoder(made.encoder(seen, codes), codes)), found["output/decoded"])
+        close(channels(made.decoder(made.encoder(seen, codes), codes)), recorded["output/decoded"])
 
 
-def test_layers_answer_as_the_authors(found):
+def test_layers_answer_as_the_authors(recorded):
     """Behind poolings, which are part of our layers, and between two of them, which are not."""
-    made = structure_of(found).eval()
+    made = structure_of(recorded).eval()
     leak = torch.nn.functional.leaky_relu
     with torch.no_grad():
-        codes = made.codes(bones(found))
-        seen = slots(found["input/motion"]).flatten(2).transpose(1, 2)
+        codes = made.codes(bones(recorded))
+        seen = slots(recorded["input/motion"]).flatten(2).transpose(1, 2)
         first, second = made.encoder.layers
-        close(leak(first(seen, codes[0]), 0.2), found["between/encoder_layer0"])
-        pools = [found[f"pool_weight/auto_encoder/enc.layers.{k}.1"] for k in range(2)]
-        close(first(seen, codes[0]), pools[0] @ found["between/encoder_conv0"])
-        hidden = found["between/encoder_layer0"]
-        close(leak(second(hidden, codes[1]), 0.2), found["between/encoder_layer1"])
-        close(second(hidden, codes[1]), pools[1] @ found["between/encoder_conv1"])
-        answer = made.decoder.layers[0](found["between/encoder_layer1"], codes[1])
-        close(leak(answer, 0.2), found["between/decoder_layer0"])
+        close(leak(first(seen, codes[0]), 0.2), recorded["between/encoder_layer0"])
+        pools = [recorded[f"pool_weight/auto_encoder/enc.layers.{k}.1"] for k in range(2)]
+        close(first(seen, codes[0]), pools[0] @ recorded["between/encoder_conv0"])
+        hidden = recorded["between/encoder_layer0"]
+        close(leak(second(hidden, codes[1]), 0.2), recorded["between/encoder_layer1"])
+        close(second(hidden, codes[1]), pools[1] @ recorded["between/encoder_conv1"])
+        answer = made.decoder.layers[0](recorded["between/encoder_layer1"], codes[1])
+        close(leak(answer, 0.2), recorded["between/decoder_layer0"])
 
 
-def test_kinematics_are_the_authors(found):
-    kinematics = kinematics_of(found)
-    plain = slots(found["output/motion_denormalised"])
-    local = kinematics(plain, bones(found))
+def test_kinematics_are_the_authors(recorded):
+    kinematics = kinematics_of(recorded)
+    plain = slots(recorded["output/motion_denormalised"])
+    local = kinematics(plain, bones(recorded))
     root = plain[:, :, -1:, :3]
-    close(torch.cat([root, local[:, :, 1:]], 2), found["output/fk_relative_to_root"])
-    close(world(local, plain[:, :, -1], "position"), found["output/fk_world"])
-    close(torch.cat([root, kinematics.vectors(local)], 2), found["output/fk_bone_vectors"])
-    ends = world(local, plain[:, :, -1], "position")[:, :, found["structure/ee_ids"].tolist()]
-    close(ends, found["output/end_positions"])
-    heights = found["structure/height"][rows(found) - 1].view(2, 1, 1, 1)
-    close(10 * ends.diff(dim=1) / heights, found["output/end_velocities"])
+    close(torch.cat([root, local[:, :, 1:]], 2), recorded["output/fk_relative_to_root"])
+    close(world(local, plain[:, :, -1], "position"), recorded["output/fk_world"])
+    close(torch.cat([root, kinematics.vectors(local)], 2), recorded["output/fk_bone_vectors"])
+    ends = world(local, plain[:, :, -1], "position")[:, :, recorded["structure/ee_ids"].tolist()]
+    close(ends, recorded["output/end_positions"])
+    heights = recorded["structure/height"][rows(recorded) - 1].view(2, 1, 1, 1)
+    close(10 * ends.diff(dim=1) / heights, recorded["output/end_velocities"])
 
 
-def kinematics_of(found: Oracle) -> Kinematics:
-    body = character(found, 0, "any")
+def kinematics_of(recorded: Oracle) -> Kinematics:
+    body = character(recorded, 0, "any")
     mine = aligned(body)
     return Kinematics(LayoutBody(body, layout_of(mine.skeleton.parents.tolist(), mine.roles), mine.joints))
 
 
 @pytest.mark.parametrize("training", [False, True], ids=["eval", "train"])
-def test_discriminators_answer_as_the_authors(found, training):
+def test_discriminators_answer_as_the_authors(recorded, training):
     for name in ("input", "decoded"):
-        judge = discriminator_of(found).train(training)
-        seen = bone_vectors(found, name)
+        judge = discriminator_of(recorded).train(training)
+        seen = bone_vectors(recorded, name)
         scores = judge(seen)
-        close(scores, found[f"output/discriminator_of_{name}_{'train' if training else 'eval'}"])
+        close(scores, recorded[f"output/discriminator_of_{name}_{'train' if training else 'eval'}"])
 
 
-def bone_vectors(found: Oracle, name: str) -> Tensor:
+def bone_vectors(recorded: Oracle, name: str) -> Tensor:
     """What a discriminator sees, in the authors' order: the root's place, then bones."""
     if name == "input":
-        return found["output/fk_bone_vectors"].flatten(2).unflatten(2, (-1, 3))
-    plain = structure_of(found).plain(slots(found["output/decoded"]), rows(found))
-    kinematics = kinematics_of(found)
-    local = kinematics(plain, bones(found))
+        return recorded["output/fk_bone_vectors"].flatten(2).unflatten(2, (-1, 3))
+    plain = structure_of(recorded).plain(slots(recorded["output/decoded"]), rows(recorded))
+    kinematics = kinematics_of(recorded)
+    local = kinematics(plain, bones(recorded))
     return RELEASED.arranged(torch.cat([kinematics.vectors(local), plain[:, :, -1:, :3]], 2)).detach()
 
 
@@ -266,9 +266,11 @@ class Step:
             compare(pair, code, again)
 
         def answering(names: Any, there: int, *rest: Any) -> Any:
-            found = answers(names, there, *rest)
-            self.answers |= {(here, names[there]): each for here, each in zip(names, found, strict=False)}
-            return found
+            recorded = answers(names, there, *rest)
+            self.answers |= {
+                (here, names[there]): each for here, each in zip(names, recorded, strict=False)
+            }
+            return recorded
 
         objective.add, objective.compare, module._answers = adding, comparing, answering
 
@@ -297,31 +299,31 @@ def training_module(oracle: Any) -> SanTraining:
 def step_batch(oracle: Any) -> dict[str, Any]:
     record, sides = oracle("step"), []
     for number, name in enumerate(BOTH):
-        found = oracle(name)
-        known = structure_of(found)
+        recorded = oracle(name)
+        known = structure_of(recorded)
         own = record[f"step/{name}/character"]
         bodies = [record[f"step/{other}_{name}/target_character"] for other in BOTH] + [own]
         which = torch.from_numpy(own.astype(np.int64)) + 1
-        edges = known.plain(slots(found["input/motion"]), which)
+        edges = known.plain(slots(recorded["input/motion"]), which)
         sides.append(
             {
                 "structure": number,
                 "edges": edges,
-                **seen(found, own, frames=64),
-                "targets": seen(found, np.concatenate(bodies), frames=64),
+                **seen(recorded, own, frames=64),
+                "targets": seen(recorded, np.concatenate(bodies), frames=64),
             }
         )
     return {"sides": sides}
 
 
-def seen(found: Oracle, rows: np.ndarray, frames: int) -> dict[str, Tensor]:
+def seen(recorded: Oracle, rows: np.ndarray, frames: int) -> dict[str, Tensor]:
     """Bodies of a batch."""
     turn = torch.zeros(len(rows), frames, 2)
     turn[..., 0] = 1.0
     return {
         "which": torch.from_numpy(rows.astype(np.int64)) + 1,
-        "bones": bones(found, rows),
-        "unit": 1.0 / found["structure/real_height"][rows.tolist()],
+        "bones": bones(recorded, rows),
+        "unit": 1.0 / recorded["structure/real_height"][rows.tolist()],
         "turn": turn,
     }
 
@@ -428,8 +430,8 @@ def test_gradients_of_discriminators_have_the_authors_norms(step, oracle, name):
 @pytest.mark.parametrize("name", BOTH)
 def test_the_error_they_print_is_of_world_positions(oracle, name):
     """Mean square of coordinates in heights, by our kinematics of the channels that they wrote."""
-    record, found = oracle("step"), oracle(name)
-    kinematics, errors = kinematics_of(found), []
+    record, recorded = oracle("step"), oracle(name)
+    kinematics, errors = kinematics_of(recorded), []
     offsets = record[f"get_error/{name}/offsets"].roll(-1, 0).unsqueeze(0)
     for number in range(2):
         places = []
