@@ -43,6 +43,7 @@ class Paired(LearnedMethod):
     """
 
     from_pairs = True
+    root_rule = "a learned ratio"
 
     def __init__(self, weights: str = "puppets", feet: bool = True) -> None:
         super().__init__(weights)

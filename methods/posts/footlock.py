@@ -32,10 +32,10 @@ class FootLock:
     )
 
     def __init__(self, root_rule: root_rules.ScalingRule = "hip_height") -> None:
-        self.root_rule = root_rules.check(root_rule, root_rules.SCALING_RULES)
+        self.foot_rule = root_rules.check(root_rule, root_rules.SCALING_RULES)
 
     def supports(self, source: Character, target: Character) -> str | None:
-        return root_rules.reason(self.root_rule, source, target) or no_legs(source) or no_legs(target)
+        return root_rules.reason(self.foot_rule, source, target) or no_legs(source) or no_legs(target)
 
     def process(self, prediction: Prediction, source: Prediction, *, context: Context) -> Motion:
         if not isinstance(source, Motion):
@@ -50,7 +50,7 @@ class FootLock:
         """Rotations and root path of an answer to a source without cuts."""
         body = answer.character
         pose = Pose(answer.rotations.copy(), answer.root.copy(), answer.positions, answer.global_rotations)
-        ratios = root_rules.ratios(self.root_rule, source.character, body)
+        ratios = root_rules.ratios(self.foot_rule, source.character, body)
         plant(feet.Exchange(source, rig_of(source.character), rig_of(body), pose, ratios))
         return pose.rotations, pose.root
 

@@ -92,6 +92,11 @@ class R2ET(LearnedMethod):
         if self.facing < 0 or not 0 <= self.dropout < 1:
             raise BenchError("facing of r2et is not negative, and dropout a share from 0 to below 1")
 
+    @property
+    def root_rule(self) -> str:
+        """The rule that paths follow, or whose size they are scaled by."""
+        return "hip_height" if self.size == "hip_height" else f"size={self.size}"
+
     # -------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, Scalar]:
         return {"facing": self.facing, "dropout": self.dropout}

@@ -23,7 +23,7 @@ from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
 from . import released
-from .bodies import body, unfit
+from .bodies import RATIO, body, unfit
 from .features import see
 from .inference import retargeted
 from .network import Autoencoder
@@ -75,6 +75,11 @@ class Same(LearnedMethod):
                 "path": "integrated (moves summed up) or relative (the source's; what differs fades)",
             },
         )
+
+    @property
+    def root_rule(self) -> str:
+        """The rule that paths follow; "" where the decoder's moves are summed up."""
+        return RATIO if self.path == "relative" else ""
 
     @classmethod
     def authors_weights(cls, path: Path) -> AuthorsWeights | None:

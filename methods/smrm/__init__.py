@@ -143,6 +143,11 @@ class SMRM(Weighting, LearnedMethod):
             "quick": replace(default, steps=60, batch=16, warm_up=10, validate=30, cases=4),
         }
 
+    @property
+    def root_rule(self) -> str:
+        """The rule that paths follow; "" where the network's moves are summed up."""
+        return "hip_height" if self.path == "relative" else ""
+
     # -------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, Scalar]:
         """All parameters that weights depend on; of the variant, what it decides. Without noise, weights

@@ -44,6 +44,7 @@ from retarget_bench.api.metrics import Direction as Direction
 from retarget_bench.api.metrics import Metric as Metric
 from retarget_bench.api.metrics import MetricCard as MetricCard
 from retarget_bench.api.metrics import OwnSets as OwnSets
+from retarget_bench.api.metrics import PairMetric as PairMetric
 from retarget_bench.api.metrics import Sample as Sample
 from retarget_bench.api.metrics import SetMetric as SetMetric
 from retarget_bench.api.metrics import Stretches as Stretches

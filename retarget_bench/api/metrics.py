@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol, runtime_checkable
 
@@ -119,7 +119,8 @@ class MetricCard:
 
     values: as they are declared and listed. ``computed`` has those against the source, too.
     tasks: those whose plain runs it takes part in.
-    kind:  ``case`` (a ``Metric``) or ``set`` (a ``SetMetric``); "": what its methods say.
+    kind:  ``case`` (a ``Metric``), ``pair`` (a ``PairMetric``) or ``set`` (a ``SetMetric``); "": what its
+           methods say.
     """
 
     name: str
@@ -127,7 +128,7 @@ class MetricCard:
     version: str
     values: tuple[Value, ...]
     tasks: tuple[str, ...] = TASKS[:1]
-    kind: Literal["", "case", "set"] = ""
+    kind: Literal["", "case", "pair", "set"] = ""
 
     @property
     def computed(self) -> tuple[Value, ...]:
@@ -143,6 +144,24 @@ class Metric(Protocol):
 
     def compute(self, comparison: Comparison) -> Mapping[str, float | Mapping[str, float]]:
         """Value id -> number, or index -> number for curves. Ids that do not apply are left out."""
+
+
+class PairMetric(Protocol):
+    """Numbers of cases that all clips of their pair of bodies decide together, as an error after a fit.
+
+    What is kept of each case waits until its split is complete. A pair with fewer than ``least`` answered
+    clips has no values.
+    """
+
+    card: MetricCard
+    least: int
+
+    def kept(self, comparison: Comparison) -> np.ndarray:
+        """What the values need of a case, in an array of any shape; it is stored in single precision. Asked
+        only where every value of the card applies."""
+
+    def values(self, clips: Sequence[np.ndarray]) -> Sequence[Mapping[str, float]]:
+        """The values of each clip of a pair, from what is kept of it, in the order of the cases' ids."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ import numpy as np
 from retarget_bench.api.cases import CaseInfo, TrainingPair
 from retarget_bench.api.datasets import Cast, Dataset, Manifest
 from retarget_bench.api.methods import BatchMethod, Context, Method, MethodCard
-from retarget_bench.api.metrics import Metric, MetricCard, SetMetric
+from retarget_bench.api.metrics import Metric, MetricCard, PairMetric, SetMetric
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Prediction
 
@@ -183,13 +183,27 @@ def method_card(method: Any) -> MethodCard:
     return MethodCard(**{"name": "", "summary": "", "version": "", **stated})
 
 
+def root_rule(method: Any) -> str:
+    """What a method or post-processor scales the root's path by, as its ``root_rule`` says; "": unknown."""
+    return str(getattr(method, "root_rule", ""))
+
+
 # -------------------------------------------------------------------------------------------- metrics
-def metric_tasks(metric: Metric | SetMetric) -> tuple[str, ...]:
+AnyMetric = Metric | PairMetric | SetMetric
+
+
+def metric_tasks(metric: AnyMetric) -> tuple[str, ...]:
     """The tasks whose plain runs a metric takes part in."""
     return tuple(getattr(metric.card, "tasks", MetricCard.tasks))
 
 
-def is_set_metric(metric: Metric | SetMetric) -> TypeGuard[SetMetric]:
+def is_set_metric(metric: AnyMetric) -> TypeGuard[SetMetric]:
     """True if a metric compares sets: by its card, or, where that says nothing, by its methods."""
     kind = getattr(metric.card, "kind", "")
     return kind == "set" if kind else hasattr(metric, "features")
+
+
+def is_pair_metric(metric: AnyMetric) -> TypeGuard[PairMetric]:
+    """True if a metric needs all clips of a pair of bodies: by its card, or else by its methods."""
+    kind = getattr(metric.card, "kind", "")
+    return kind == "pair" if kind else hasattr(metric, "kept")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import retarget_bench
-from retarget_bench.api import Metric, RealDataset, SetMetric, optional
+from retarget_bench.api import RealDataset, optional
 from retarget_bench.evaluation.plan import EvaluationUnit
 from retarget_bench.evaluation.prediction import environments
 from retarget_bench.plugins import registry
@@ -57,7 +57,7 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
             notes=tuple(data.notes),
         ),
         metrics=unit.metrics.versions,
-        values=_values(unit.metrics.of_cases),
+        values=_values((*unit.metrics.of_cases, *unit.metrics.of_pairs)),
         counts=Counts.of(entry.status for entry in entries),
         problems=_problems(entries),
         faults=_faults(entries),
@@ -89,10 +89,16 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
         privileged=tuple(card.needs),
         control=bool(card.control),
         stochastic=bool(card.stochastic),
+        root_rule=_root_rule(unit),
         trained_on=manifest,
         training_share=optional.training_share(method),
         environment=environments.facts(unit.environment) if unit.environment else {},
     )
+
+
+def _root_rule(unit: EvaluationUnit) -> str:
+    stages = (unit.method.built, *(registry.create("posts", post) for post in unit.known_as.posts))
+    return next(filter(None, map(optional.root_rule, reversed(stages))), "")
 
 
 def _post_facts(post: Spec, run_here: bool) -> dict[str, Any]:
@@ -103,7 +109,7 @@ def _post_facts(post: Spec, run_here: bool) -> dict[str, Any]:
     return facts
 
 
-def _values(metrics: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, DeclaredValue]:
+def _values(metrics: Sequence[optional.AnyMetric]) -> dict[str, DeclaredValue]:
     """Value id -> its declaration for tables, with its metric."""
     return {
         value.id: DeclaredValue.of(value, metric.card.name)

@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import Literal
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import clips, executors, set_metrics, timing
+from retarget_bench.evaluation import clips, executors, pairs, set_metrics, timing, waiting
 from retarget_bench.evaluation.executors import Engine
 from retarget_bench.evaluation.executors.local import Local
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, evaluation_units
-from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.shards import Answer, StoredPlan, Unit, cut, left_over
 from retarget_bench.files import LOCK, locked
 from retarget_bench.motion.bvh.catalogue import some
@@ -161,12 +160,11 @@ def _take_over(root: Path, units: Mapping[ResultPaths, EvaluationUnit]) -> None:
 def _journalled(unit: EvaluationUnit) -> Entries:
     """The entries that an interrupted run left, unless they are to be made anew."""
     entries = journal.open_journal(unit.paths, unit.keys, anew=unit.plan.overwrite != "missing")
-    sets = bool(unit.metrics.of_sets)
     return {
         case: entry
         for case, entry in entries.items()
         if entry.status != "missing"
-        and (entry.status != "ok" or not sets or set_files.waiting_file(unit.paths, case).exists())
+        and (entry.status != "ok" or not unit.metrics.wait or waiting.file(unit.paths, case).exists())
     }
 
 
@@ -187,8 +185,9 @@ def _with_cases(plan: Plan, units: list[EvaluationUnit]) -> list[EvaluationUnit]
 
 # --------------------------------------------------------------------------------------------- finishing
 def _finish(plan: Plan, local: Local, done: Mapping[EvaluationUnit, Entries]) -> None:
-    """Values of sets, then rows, then the header, which says that all is there."""
-    if bound.metrics(plan.metrics).of_sets:
+    """Values of pairs and sets, then rows, then the header, which says that all is there."""
+    metrics = bound.metrics(plan.metrics)
+    if metrics.wait:
         answered = [
             [each.case for each in entries.values() if each.status == "ok"] for entries in done.values()
         ]
@@ -199,11 +198,13 @@ def _finish(plan: Plan, local: Local, done: Mapping[EvaluationUnit, Entries]) ->
     written = set[Path]()
     for unit, entries in done.items():
         listed = [entries[info.id] for info in unit.infos]
+        if metrics.of_pairs:
+            listed = pairs.completed(unit.paths, listed)
         if unit.paths.folder not in written:  # all methods share them
             case_metadata.write(unit.paths, unit.data, unit.infos)
             written.add(unit.paths.folder)
         store.write_results(unit.paths, header_of(unit, listed), listed, unit.infos)
-        shutil.rmtree(set_files.waiting_folder(unit.paths), ignore_errors=True)
+        shutil.rmtree(waiting.folder(unit.paths), ignore_errors=True)
 
 
 def _time(plan: Plan, local: Local) -> None:

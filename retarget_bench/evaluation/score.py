@@ -11,9 +11,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from retarget_bench.api import Case, Metric, Prediction, SetMetric, Value
+from retarget_bench.api import Case, Metric, PairMetric, Prediction, Value
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.api.immutable import immutable
+from retarget_bench.api.optional import AnyMetric
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.attempt import attempt, kind, sentence
 from retarget_bench.motion.motion import Motion, PointSets, Positions
@@ -79,7 +80,7 @@ def score(
 
 
 def ask_metric(
-    metric: Metric | SetMetric,
+    metric: AnyMetric,
     ask: Callable[[], T],
     comparison: Comparison,
     before: Before,
@@ -123,8 +124,11 @@ def missing(value: Value, case: Case, prediction: Prediction) -> str:
 
 # ------------------------------------------------------------------------------------ what metrics answer
 def _values(metric: Metric, comparison: Comparison, applicable: Collection[str]) -> Values:
-    """The values that apply, as they are written. Raises BenchError for what cannot be."""
-    answer = metric.compute(comparison)
+    return checked(metric, metric.compute(comparison), applicable)
+
+
+def checked(metric: Metric | PairMetric, answer: Any, applicable: Collection[str]) -> Values:
+    """The values of an answer that apply, as they are written. Raises BenchError for what cannot be."""
     if not isinstance(answer, Mapping):
         raise BenchError(f"gave {kind(answer)} instead of numbers by the ids of values")
     declared = {value.id: value for value in metric.card.computed}

@@ -7,6 +7,7 @@ It holds data sets and right answers, and imports no method: each is asked in a 
 import json
 import os
 import platform
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import Any
 
 from retarget_bench.api import Case, CaseInfo, Dataset, Prediction, RealDataset
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import plan, set_metrics, timing
+from retarget_bench.evaluation import pairs, plan, set_metrics, timing, waiting
 from retarget_bench.evaluation.attempt import sentence
 from retarget_bench.evaluation.cases import loaded
 from retarget_bench.evaluation.plan import data_of
@@ -22,10 +23,11 @@ from retarget_bench.evaluation.predict import Outcome, as_scored, context_for
 from retarget_bench.evaluation.prediction.limits import Limits
 from retarget_bench.evaluation.prediction.questions import Question
 from retarget_bench.evaluation.prediction.workers import WorkerPool
-from retarget_bench.evaluation.score import score
+from retarget_bench.evaluation.score import Faults, score
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import evaluate
 from retarget_bench.evaluation.shards import StoredPlan, Task, Unit, machine_facts
+from retarget_bench.evaluation.waiting import Kept
 from retarget_bench.files import write_text
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.bound import BoundDataset
@@ -119,12 +121,14 @@ class ShardWork:
                 write(unit, entry)
 
     def sets(self, number: int) -> None:
-        """Compute and write the values of a unit's sets, whose cases are all answered."""
+        """Compute and write the values of a unit's pairs and sets, whose cases are all answered."""
         unit = self.stored.units[number]
         answered = frozenset(self.stored.content.answered[number])
         infos = [info for info in self._infos(unit).values() if info.id in answered]
         self.at((number,), (), SCORING)
         before = partial(self._before, number, "")
+        if self.metrics.of_pairs:
+            pairs.write(self.metrics.of_pairs, unit.paths, infos, before)
         set_metrics.write(unit.paths, evaluate(self.plan, unit.dataset, unit.paths, infos, before))
 
     def time(self, number: int) -> None:
@@ -157,7 +161,7 @@ class ShardWork:
                     yield unit, self._scored(unit, case, outcomes[unit][name])
 
     def _scored(self, unit: int, case: Case, outcome: Outcome) -> CaseResult:
-        """The scored case; its features for metrics of sets wait in a file until the unit is complete.
+        """The scored case; what metrics of pairs and sets keep of it waits until the unit is complete.
 
         Raises CannotStore.
         """
@@ -169,19 +173,33 @@ class ShardWork:
         before = partial(self._before, unit, name)
         try:
             scores = score(self.metrics.of_cases, case, scored, before)
-            if of_sets := self.metrics.of_sets:
-                real = isinstance(self._data(self.stored.units[unit]), RealDataset)
-                members, faults = set_files.collect(of_sets, case, scored, real, before)
-                scores.faults.update(faults)
+            kept = self._kept_for_later(unit, case, scored, scores.faults)
         except BenchError as error:  # the case itself
             return CaseResult(name, "failed", sentence(error))
-        if of_sets:
+        if self.metrics.wait:
             try:
-                paths = self.stored.units[unit].paths
-                set_files.write_waiting(set_files.waiting_file(paths, name), members)
+                waiting.write(waiting.file(self.stored.units[unit].paths, name), kept)
             except FileError as error:
                 raise CannotStore(str(error)) from error
         return CaseResult(name, "ok", values=scores.values, faults=scores.faults)
+
+    def _kept_for_later(
+        self, unit: int, case: Case, prediction: Prediction, faults: Faults
+    ) -> dict[str, Kept]:
+        """What metrics of pairs and sets keep of a case. Their faults are added. Raises BenchError."""
+        before, of_unit = partial(self._before, unit, case.info.id), self.stored.units[unit]
+        kept = dict[str, Kept]()
+        clips = _clips(bound.dataset(of_unit.dataset), self.plan.task, of_unit.split)[case.info.pair]
+        of_pairs = [metric for metric in self.metrics.of_pairs if clips >= metric.least]
+        if of_pairs:
+            kept, added = pairs.collect(of_pairs, case, prediction, before)
+            faults.update(added)
+        if self.metrics.of_sets:
+            real = isinstance(self._data(of_unit), RealDataset)
+            members, added = set_files.collect(self.metrics.of_sets, case, prediction, real, before)
+            kept |= set_files.waiting_of(members)
+            faults.update(added)
+        return kept
 
     def _before(self, unit: int, case: str, metric: str) -> None:
         """Announce that a metric is asked about a case, or ("") about a unit's sets. Raises BenchError
@@ -311,3 +329,9 @@ def _checked(path: Path, case: Case) -> Outcome:
 @lru_cache(maxsize=8)
 def _infos(data: BoundDataset, task: str, split: str) -> dict[str, CaseInfo]:
     return {info.id: info for info in plan.cases(data, task, split)}
+
+
+@lru_cache(maxsize=8)
+def _clips(data: BoundDataset, task: str, split: str) -> Counter[str]:
+    """Pair of bodies -> its clips."""
+    return Counter(info.pair for info in _infos(data, task, split).values())

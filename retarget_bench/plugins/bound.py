@@ -12,7 +12,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from retarget_bench.api import Dataset, Method, MethodCard, Metric, SetMetric, Value, optional
+from retarget_bench.api import Dataset, Method, MethodCard, Metric, PairMetric, SetMetric, Value, optional
 from retarget_bench.api.datasets import DatasetCard
 from retarget_bench.errors import BenchError
 from retarget_bench.files import facts_digest, slug
@@ -138,12 +138,23 @@ class BoundMetrics:
     @cached_property
     def of_cases(self) -> tuple[Metric, ...]:
         """The metrics of single cases."""
-        return tuple(each for each in self.built if not optional.is_set_metric(each))
+        others = (optional.is_pair_metric, optional.is_set_metric)
+        return tuple(each for each in self.built if not any(is_other(each) for is_other in others))
+
+    @cached_property
+    def of_pairs(self) -> tuple[PairMetric, ...]:
+        """The metrics of all clips of a pair of bodies together."""
+        return tuple(each for each in self.built if optional.is_pair_metric(each))
 
     @cached_property
     def of_sets(self) -> tuple[SetMetric, ...]:
         """The metrics of whole sets of cases."""
         return tuple(each for each in self.built if optional.is_set_metric(each))
+
+    @property
+    def wait(self) -> bool:
+        """Whether any of them keeps something of each case until all are answered."""
+        return bool(self.of_pairs or self.of_sets)
 
     @cached_property
     def versions(self) -> dict[str, str]:
@@ -205,7 +216,7 @@ def method_code(spec: Spec, stages: tuple[str, ...] = ()) -> str:
     return code_hash(reached(own, LAYERS) | package_code("motion").difference(*map(package_code, APART)))
 
 
-def declared_values(metrics: Iterable[Metric | SetMetric]) -> dict[str, Value]:
+def declared_values(metrics: Iterable[optional.AnyMetric]) -> dict[str, Value]:
     """Value id -> its declaration. Raises BenchError where two metrics use the same id."""
     declared: dict[str, tuple[str, Value]] = {}
     for metric in metrics:

@@ -32,6 +32,8 @@ class MethodInfo:
     code:       the hash of the code that made the predictions.
     environment: of a method of another environment its ``name``, ``lock`` (hash of all that is installed),
                 interpreter, platform, and the versions of a few ``packages``.
+    root_rule:  what the root's path is scaled by, as the method or the last post-processor that moves it
+                says; "": unknown.
     trained_on: what the weights were trained on (characters, structures, kinds, clips); None: untrained.
     training_share: frames that training has seen, over those of the paper's training; None: not known.
     """
@@ -47,6 +49,7 @@ class MethodInfo:
     privileged: tuple[str, ...]
     control: bool
     stochastic: bool = False
+    root_rule: str = ""
     environment: Mapping[str, Any] = field(default_factory=dict)
     trained_on: Mapping[str, tuple[str, ...]] | None = None
     training_share: float | None = None

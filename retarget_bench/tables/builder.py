@@ -10,13 +10,21 @@ from retarget_bench.errors import BenchError
 from retarget_bench.results import compatibility
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.tables import provenance
-from retarget_bench.tables.cells import FPS, CellBuilder, declared_sets, declared_values, lacking
+from retarget_bench.tables.cells import (
+    FPS,
+    PATH_FITTED,
+    CellBuilder,
+    declared_sets,
+    declared_values,
+    lacking,
+)
 from retarget_bench.tables.finding import finding
 from retarget_bench.tables.method_groups import MethodGroup, by_part, by_set, speeds, without_sets
 from retarget_bench.tables.model import Group, Problem, Table
 
 DEFAULT_COLUMNS = (
     "mpjpe_h.world",
+    PATH_FITTED,
     "mpjpe_h.root",
     "contact_recall",
     "contact_precision",

@@ -25,6 +25,8 @@ from retarget_bench.tables.model import (
 )
 
 FPS = "fps"
+PATH_FITTED, FITTED_CLIPS = "mpjpe_h.path_fitted", "path_fit.clips"
+"""MPJPE without what the rule of the root's path decides, and the clips that it is fitted to."""
 STALE = "other version of the data"
 NEEDS = {
     "touches": "self-contact labels",

@@ -9,7 +9,7 @@ from retarget_bench.analysis.ranking import Ranking, doubt, never_ranked
 from retarget_bench.analysis.summary import PEOPLE_SET, MethodSummary, SplitSummary, of_set, usual_value
 from retarget_bench.api import TWO_LEGS
 from retarget_bench.results.header import MetricFault
-from retarget_bench.tables.cells import FPS, STALE, CellBuilder, by_number
+from retarget_bench.tables.cells import FITTED_CLIPS, FPS, PATH_FITTED, STALE, CellBuilder, by_number
 from retarget_bench.tables.model import NOT_RUN, Cell, Group, Row, count, listed
 
 ColumnKey = tuple[SplitSummary, str]
@@ -57,6 +57,7 @@ class MethodGroup:
             common=self._common(),
             below=(
                 *self._floors(rows),
+                *self._root_rules(),
                 *absent,
                 *(f"{each.split}: {each.so_far}." for each in self.sections if each.so_far),
                 *filter(None, (self._beside_best(row.label) for row in rows)),
@@ -74,6 +75,28 @@ class MethodGroup:
         if any(row.mark and [row.cells[number].text for number in at] == texts for row in rows):
             return []
         return floors(sets, PEOPLE_SET, self.builder)
+
+    def _root_rules(self) -> list[str]:
+        """What root paths are scaled by, and fitted to, where pairs have enough clips for a fit."""
+        labels_of: dict[str, dict[str, None]] = {}
+        clips = dict[str, None]()
+        for section in self.sections:
+            for score in (
+                each for each in section.scores if {PATH_FITTED, FITTED_CLIPS} <= each.means.keys()
+            ):
+                if not never_ranked(score.header.method):
+                    rule = score.header.method.root_rule or "unknown"
+                    labels_of.setdefault(rule, {})[score.label] = None
+                    clips[f"{section.split} {score.means[FITTED_CLIPS].value:.3g}"] = None
+        if not labels_of:
+            return []
+        usual = max(labels_of, key=lambda rule: len(labels_of[rule]))
+        others = [f"{rule} for {listed(list(each))}" for rule, each in labels_of.items() if rule != usual]
+        rest = f"{usual} for all others" if others else f"{usual} for all"
+        return [
+            f"Rule that scales root paths: {'; '.join([*others, rest])}.",
+            f"Paths are fitted over all clips of a pair of bodies, on average: {', '.join(clips)}.",
+        ]
 
     def _title(self) -> str:
         """The splits, and how many cases they have."""

@@ -13,9 +13,9 @@ from small_plans import asked
 from retarget_bench.api import CaseFeatures, CaseInfo
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import FileError
-from retarget_bench.evaluation import runner, set_metrics
+from retarget_bench.evaluation import runner, set_metrics, waiting
 from retarget_bench.evaluation.plan import Plan
-from retarget_bench.evaluation.set_metrics import draw, evaluate, files
+from retarget_bench.evaluation.set_metrics import draw, evaluate
 from retarget_bench.plugins import bound, registry
 from retarget_bench.results import store
 from retarget_bench.results.predictions import read_prediction
@@ -189,7 +189,7 @@ def test_a_run_stores_features_and_values_and_the_references_score_the_floor(fin
     header = store.read_header(toy.header)
     assert header.set_values["toy_gap"].better == "lower"
     assert "toy_gap" not in header.values
-    assert not files.waiting_folder(toy).exists()
+    assert not waiting.folder(toy).exists()
     assert len(store.find_results(toy.root)) == 2
 
 
@@ -247,8 +247,8 @@ def test_lost_features_of_a_begun_run_are_made_again(tmp_path):
 
     with pytest.raises(EnoughError):
         runner.run(stopped, progress)
-    (waiting,) = tmp_path.rglob("toy_method.features")
-    next(waiting.iterdir()).unlink()
+    (folder,) = tmp_path.rglob("toy_method.waiting")
+    next(folder.iterdir()).unlink()
     (place,) = runner.run(stopped, lambda done, total: None)
     assert set_metrics.read(place)[0].n == 12
 

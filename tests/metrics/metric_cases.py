@@ -10,6 +10,7 @@ import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, Contacts, Ground, Metric, Prediction, Touch
 from retarget_bench.api.comparison import Comparison
+from retarget_bench.evaluation.pairs import of_case
 from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import CONTACT_ROLES, planted
@@ -18,7 +19,7 @@ from retarget_bench.motion.skeleton import Skeleton
 
 METRICS = (
     *("contact_speed", "ground", "growth", "joint_speed", "nkn", "pan_contact", "papers"),
-    *("contact", "position", "procrustes", "rotation", "slide", "smoothness", "touch"),
+    *("contact", "path_fitted", "position", "procrustes", "rotation", "slide", "smoothness", "touch"),
 )
 SET_METRICS = ("fid_structure", "fid")
 """Of sets of cases, tested in ``test_fid_*.py``."""
@@ -87,9 +88,8 @@ SCORED = (*BODY, *TIPS)
 
 
 def metric(name: str) -> Metric:
-    """A built-in metric."""
-    plugin: Metric = importlib.import_module(f"retarget_bench.metrics.{name}").plugin()
-    return plugin
+    """A built-in metric; for one of pairs, a case is all clips of its pair."""
+    return of_case(importlib.import_module(f"retarget_bench.metrics.{name}").plugin())
 
 
 def compute(name: str, sides: Sides) -> Mapping[str, float | Mapping[str, float]]:

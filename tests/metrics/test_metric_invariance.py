@@ -39,6 +39,9 @@ UPRIGHT = {
     "root_path.drift",
     "nkn_mse_h",
     "nkn_mse_local",
+    "mpjpe_h.path_fitted",
+    "path_fit.level",
+    "path_fit.lift",
 } | {id_ for id_, family in FAMILY.items() if family in ("slide", "ground", "contact")}
 """Values that know which way is up."""
 OWN_MOTION = {

@@ -38,9 +38,10 @@ def evaluate(
     infos: of the cases that have features.
     """
     by_id = {info.id: info for info in infos}
-    gathered = files.gather(paths, by_id)
+    metrics = bound.metrics(plan.metrics).of_sets
+    gathered = files.gather(metrics, paths, by_id)
     values = []
-    for metric in bound.metrics(plan.metrics).of_sets:
+    for metric in metrics:
         name = metric.card.name
         sets: dict[str, dict[str, SetMember]] = {}
         for case, member in _of_one_width(name, gathered).items():

@@ -1,21 +1,19 @@
-"""Features of single cases for set metrics, and the files that they wait in until a unit is complete."""
+"""Features of single cases for set metrics, which wait until a unit is complete."""
 
-import json
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
 from retarget_bench.api import Case, CaseFeatures, Comparison, OwnSets, Prediction, SetMetric
-from retarget_bench.errors import BenchError, FileError, NotSupported
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.evaluation import waiting
 from retarget_bench.evaluation.score import Before, Faults, ask_metric, compared, fault_of, nothing
-from retarget_bench.results.store import ResultPaths, case_file, read_npz, write_npz
+from retarget_bench.evaluation.waiting import Kept
+from retarget_bench.results.store import ResultPaths
 
 NO_REFERENCE = "needs reference motions, and this data set has none"
-UNREADABLE = "cannot be read; score it anew with --overwrite always"
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,16 +32,6 @@ class SetMember:
 
 Members = dict[str, SetMember]
 """Metric -> a case in its sets; without the metrics in none of whose sets it is."""
-
-
-def waiting_folder(paths: ResultPaths) -> Path:
-    """The folder of the features of finished cases, until the unit is complete."""
-    return paths.folder / f"{paths.method}.features"
-
-
-def waiting_file(paths: ResultPaths, case_id: str) -> Path:
-    """The file of the features of a finished case, until the unit is complete."""
-    return waiting_folder(paths) / f"{case_file(case_id)}.npz"
 
 
 # -------------------------------------------------------------------------------------------- features
@@ -112,34 +100,26 @@ def _check(features: CaseFeatures, paired: bool) -> None:
 
 
 # ----------------------------------------------------------------------------------------------- files
-def write_waiting(path: Path, members: Members) -> None:
-    """Write two arrays: with a dozen small ones, the archive would take longer than the features.
-    Raises FileError."""
-    arrays = {name: list(vars(each.features).values()) for name, each in members.items() if each.features}
-    facts = {
-        name: {**vars(each), "features": [array.shape for array in arrays.get(name, ())]}
+def waiting_of(members: Members) -> dict[str, Kept]:
+    """Members as they wait."""
+    return {
+        name: Kept(
+            {**vars(each), "features": None}, list(vars(each.features).values()) if each.features else ()
+        )
         for name, each in members.items()
     }
-    numbers = [array.ravel() for each in arrays.values() for array in each]
-    joined = np.concatenate(numbers) if numbers else np.zeros(0, np.float32)
-    write_npz(path, {"facts": np.array(json.dumps(facts)), "numbers": joined})
 
 
-def _read_waiting(path: Path) -> Members:
-    stored, members = read_npz(path, UNREADABLE), {}
-    try:
-        left = stored["numbers"]
-        for metric, facts in json.loads(str(stored["facts"])).items():
-            arrays = []
-            for shape in facts.pop("features"):
-                arrays.append(left[: math.prod(shape)].reshape(shape))
-                left = left[math.prod(shape) :]
-            members[metric] = SetMember(**facts, features=CaseFeatures(*arrays) if arrays else None)
-    except (KeyError, ValueError, TypeError, AttributeError) as error:
-        raise FileError(path, f"{UNREADABLE} ({error})") from error
-    return members
-
-
-def gather(paths: ResultPaths, cases: Iterable[str]) -> Mapping[str, Members]:
+def gather(metrics: Sequence[SetMetric], paths: ResultPaths, cases: Iterable[str]) -> Mapping[str, Members]:
     """Case -> its features, of the finished cases of a unit. Raises FileError."""
-    return {case: _read_waiting(waiting_file(paths, case)) for case in sorted(cases)}
+    names = [metric.card.name for metric in metrics]
+    gathered = {}
+    for case in sorted(cases):
+        kept = waiting.read(waiting.file(paths, case))
+        gathered[case] = {name: _member_of(kept[name]) for name in names if name in kept}
+    return gathered
+
+
+def _member_of(kept: Kept) -> SetMember:
+    features = CaseFeatures(*kept.arrays) if kept.arrays else None
+    return SetMember(**{**kept.facts, "features": features})

@@ -13,6 +13,7 @@ from retarget_bench.api import (
     Dataset,
     Direction,
     Metric,
+    PairMetric,
     Prediction,
     Sample,
     SetMetric,
@@ -21,6 +22,7 @@ from retarget_bench.api import (
 from retarget_bench.api.comparison import Comparison, vertices
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation import score
+from retarget_bench.evaluation.pairs import of_case
 from retarget_bench.evaluation.set_metrics.files import collect
 from retarget_bench.evaluation.tasks.points import points_of
 from retarget_bench.motion import rotation
@@ -31,7 +33,7 @@ from retarget_bench.results.store import Values
 from retarget_bench.verification.contract.common import Problems, Trial, demand, sample
 from retarget_bench.verification.rewriting import resized
 
-M = TypeVar("M", Metric, SetMetric)
+M = TypeVar("M", Metric | PairMetric, SetMetric)
 LENGTH = 150
 """Frames of the clips that a metric is tried on: some protocols leave shorter clips out."""
 GROUPS = 10
@@ -91,8 +93,8 @@ class _Scored(Trial[M]):
                     yield f"{case.info.id}: {name} was {number}, then {second.get(name)}"
 
 
-class MetricTrial(_Scored[Metric]):
-    """Checks of a metric of single cases."""
+class MetricTrial(_Scored[Metric | PairMetric]):
+    """Checks of a metric of single cases, or of one of pairs, each case being all clips of its pair."""
 
     @demand("values are finite, declared, within their bounds, and curves where an index is declared")
     def values(self) -> Problems:
@@ -138,7 +140,7 @@ class MetricTrial(_Scored[Metric]):
             self.measured(case, case.target.positions(np.array(wrong.positions), wrong.fps))
 
     def measured(self, case: Case, prediction: Prediction) -> Values:
-        return score.score([self.plugin], case, prediction).sound()
+        return score.score([of_case(self.plugin)], case, prediction).sound()
 
 
 class SetMetricTrial(_Scored[SetMetric]):

@@ -20,11 +20,12 @@ from typing import Any
 import numpy as np
 
 from retarget_bench import api
-from retarget_bench.api import Case, Ground, Metric, Prediction, Sample, SetMetric
+from retarget_bench.api import Case, Ground, Prediction, Sample, SetMetric
 from retarget_bench.api.comparison import Comparison
-from retarget_bench.api.optional import is_set_metric
+from retarget_bench.api.optional import AnyMetric, is_set_metric
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.evaluation import score
+from retarget_bench.evaluation.pairs import of_case
 from retarget_bench.motion import character, measures, motion, rotation, skeleton
 from retarget_bench.results.store import Values, read_npz
 from retarget_bench.verification.gate.golden import CLOUDS, MOTION, MOTIONS, Measured
@@ -102,7 +103,7 @@ def _unpacked(packed: Any, arrays: Mapping[str, np.ndarray], objects: list[Any])
 def measure(
     now: Measured,
     folder: Path,
-    metrics: Sequence[Metric | SetMetric],
+    metrics: Sequence[AnyMetric],
     progress: Callable[[int, int], None],
 ) -> None:
     """Add every value of every metric on every frozen motion. Raises FileError."""
@@ -110,7 +111,7 @@ def measure(
     if not paths:
         now.missing.append(f"{folder / MOTIONS} has no frozen motion")
     of_sets = [metric for metric in metrics if is_set_metric(metric)]
-    of_cases: list[Metric] = [metric for metric in metrics if not is_set_metric(metric)]  # type: ignore[misc]
+    of_cases = [of_case(metric) for metric in metrics if not is_set_metric(metric)]
     for done, path in enumerate(paths, 1):
         held = read(path)
         now.facts[f"file/{path.stem}"] = hashlib.sha256(path.read_bytes()).hexdigest()[:8]

@@ -5,8 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from retarget_bench import defaults
-from retarget_bench.api import Metric, SetMetric
-from retarget_bench.api.optional import is_set_metric, metric_tasks
+from retarget_bench.api.optional import AnyMetric, is_set_metric, metric_tasks
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.bound import declared_values
@@ -60,9 +59,7 @@ def check(
     return compare.compare(before, now, criteria), now
 
 
-def measure_frozen(
-    now: Measured, folder: Path, metrics: Sequence[Metric | SetMetric], progress: Progress
-) -> None:
+def measure_frozen(now: Measured, folder: Path, metrics: Sequence[AnyMetric], progress: Progress) -> None:
     """Add the values of frozen motions, and the facts of the core on frozen inputs."""
     try:
         frozen.measure(now, folder, metrics, progress)
@@ -84,10 +81,10 @@ def accept(folder: Path, comparison: Comparison, now: Measured, because: str) ->
 
 
 # -------------------------------------------------------------------------------------------- metrics
-def built_metrics(names: Sequence[str], now: Measured) -> tuple[Metric | SetMetric, ...]:
+def built_metrics(names: Sequence[str], now: Measured) -> tuple[AnyMetric, ...]:
     """The metrics of retargeting that can be built, with their protocol facts; those that cannot be built
     are missing."""
-    metrics: list[Metric | SetMetric] = []
+    metrics: list[AnyMetric] = []
     for name in names:
         try:
             metric = registry.create("metrics", name)
@@ -102,7 +99,7 @@ def built_metrics(names: Sequence[str], now: Measured) -> tuple[Metric | SetMetr
     return tuple(metrics)
 
 
-def declare(now: Measured, metric: Metric | SetMetric) -> None:
+def declare(now: Measured, metric: AnyMetric) -> None:
     """Add the protocol facts of a metric: its version, and the declarations of its values."""
     name = metric.card.name
     now.facts[f"metric/{name}"] = f"version {metric.card.version}"

@@ -88,6 +88,11 @@ class SightRetargeter(LearnedMethod):
         """Frames that go through the networks at a time."""
         return 1 << 30
 
+    @property
+    def root_rule(self) -> str:
+        """The rule that paths follow; "" where the networks' moves are summed up."""
+        return ROOT_RULE if self.path == "relative" else ""
+
     # ---------------------------------------------------------------------------- bodies and networks
     @abstractmethod
     def body(self, character: Character) -> Aligned | Body22:

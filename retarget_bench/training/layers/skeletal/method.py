@@ -14,7 +14,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.skeletal.body import LayoutBody, structure_key
-from retarget_bench.training.layers.skeletal.features import Yaw
+from retarget_bench.training.layers.skeletal.features import RULE, Yaw
 from retarget_bench.training.learned_method import LearnedMethod
 
 if TYPE_CHECKING:
@@ -59,6 +59,11 @@ class SkeletalMethod(LearnedMethod):
     @abstractmethod
     def structures(self) -> Mapping[str, StructureNetworks]:
         """The networks by structure. Raises BenchError where there are no weights."""
+
+    @property
+    def root_rule(self) -> str:
+        """The rule that paths follow; "" where they are decoded."""
+        return RULE if self.settings.features.path != "decoded" else ""
 
     @property
     def root_bone(self) -> bool:

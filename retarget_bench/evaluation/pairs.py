@@ -1,0 +1,163 @@
+"""Values of cases that all clips of their pair of bodies decide together (``PairMetric``).
+
+What a metric keeps of a case waits until the unit is complete (``waiting.py``). Then values are computed
+pair by pair, in the order of the cases' ids, so that none depends on the order of the work.
+"""
+
+import json
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+
+from retarget_bench.api import Case, CaseInfo, Metric, PairMetric, Prediction
+from retarget_bench.api.comparison import Comparison
+from retarget_bench.api.optional import AnyMetric, is_pair_metric
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation import waiting
+from retarget_bench.evaluation.attempt import attempt
+from retarget_bench.evaluation.score import (
+    Before,
+    Faults,
+    Scored,
+    ask_metric,
+    checked,
+    compared,
+    fault_of,
+    missing,
+    nothing,
+    seconds,
+)
+from retarget_bench.evaluation.waiting import Kept
+from retarget_bench.files import write_text
+from retarget_bench.results.store import CaseResult, ResultPaths, Values
+
+VALUES = "values.json"
+
+
+def collect(
+    metrics: Sequence[PairMetric], case: Case, prediction: Prediction, before: Before = nothing
+) -> tuple[dict[str, Kept], Faults]:
+    """What the metrics that apply to a case keep of it, and the faults of those that failed.
+
+    Raises BenchError where the case itself does not fit together.
+    """
+    comparison = compared(case, prediction)
+    kept: dict[str, Kept] = {}
+    faults: Faults = {}
+    for metric in metrics:
+        if any(missing(value, case, prediction) for value in metric.card.computed):
+            continue
+        try:
+            array = ask_metric(metric, partial(_kept, metric, comparison), comparison, before)
+            kept[metric.card.name] = Kept({}, [array])
+        except BenchError as error:
+            faults[metric.card.name] = fault_of(error)
+    return kept, faults
+
+
+def _kept(metric: PairMetric, comparison: Comparison) -> np.ndarray:
+    array = np.asarray(metric.kept(comparison), np.float32)
+    if not np.isfinite(array).all():
+        raise BenchError("keeps numbers that are not finite")
+    return array
+
+
+# ------------------------------------------------------------------------------------- of complete units
+def write(
+    metrics: Sequence[PairMetric], paths: ResultPaths, infos: Iterable[CaseInfo], before: Before = nothing
+) -> None:
+    """Compute the values of a unit whose cases are all answered, and write them beside what they are
+    computed from. infos: of the answered cases. Raises FileError."""
+    values: dict[str, Values] = {}
+    faults: dict[str, Faults] = {}
+    for cases in _pairs(infos).values():
+        kept = {case: waiting.read(waiting.file(paths, case)) for case in cases}
+        scored = _of_pair(metrics, kept, before)
+        values |= {case: each.values for case, each in scored.items() if each.values}
+        faults |= {case: each.faults for case, each in scored.items() if each.faults}
+    write_text(_file(paths), json.dumps({"values": values, "faults": faults}))
+
+
+def completed(paths: ResultPaths, entries: Iterable[CaseResult]) -> list[CaseResult]:
+    """The entries of a unit with the values that ``write`` left. Raises FileError."""
+    path = _file(paths)
+    try:
+        stored = json.loads(path.read_text(encoding="utf-8"))
+        values, faults = stored["values"], stored["faults"]
+    except (OSError, ValueError, KeyError) as error:
+        raise FileError(path, f"{waiting.UNREADABLE} ({error})") from error
+    return [
+        replace(
+            each,
+            values={**each.values, **values.get(each.case, {})},
+            faults={**each.faults, **faults.get(each.case, {})},
+        )
+        for each in entries
+    ]
+
+
+def _file(paths: ResultPaths) -> Path:
+    return waiting.folder(paths) / VALUES
+
+
+def _pairs(infos: Iterable[CaseInfo]) -> Mapping[str, list[str]]:
+    """Pair of bodies -> the cases of its clips, sorted."""
+    pairs = defaultdict[str, list[str]](list)
+    for info in sorted(infos, key=lambda info: info.id):
+        pairs[info.pair].append(info.id)
+    return pairs
+
+
+def _of_pair(
+    metrics: Sequence[PairMetric], cases: Mapping[str, Mapping[str, Kept]], before: Before
+) -> dict[str, Scored]:
+    scored = {case: Scored() for case in cases}
+    for metric in metrics:
+        name = metric.card.name
+        clips = {case: kept[name].arrays[0] for case, kept in cases.items() if name in kept}
+        if len(clips) < metric.least:
+            continue
+        try:
+            before(name)
+            for case, values in zip(clips, _values(metric, list(clips.values())), strict=True):
+                scored[case].values.update(values)
+        except BenchError as error:
+            for case in clips:
+                scored[case].faults[name] = fault_of(error)
+    return scored
+
+
+def _values(metric: PairMetric, clips: Sequence[np.ndarray]) -> list[Values]:
+    """The values of each clip. Raises BenchError where the metric fails or breaks its contract."""
+    limit = sum(seconds(len(clip)) for clip in clips)
+    answers = list(attempt(partial(metric.values, clips), limit, f"metric {metric.card.name}, pair"))
+    if len(answers) != len(clips):
+        raise BenchError(f"gave values of {len(answers)} clips for {len(clips)}")
+    every = [value.id for value in metric.card.computed]
+    return [checked(metric, answer, every) for answer in answers]
+
+
+# --------------------------------------------------------------------------------------- single cases
+class OnePair:
+    """A metric of pairs as one of cases: as if a case were all the clips of its pair."""
+
+    def __init__(self, metric: PairMetric) -> None:
+        self.card, self._metric = metric.card, metric
+
+    def compute(self, comparison: Comparison) -> Mapping[str, float | Mapping[str, float]]:
+        """The values of the case; none where one of them does not apply."""
+        case, prediction = comparison.case, comparison.prediction
+        if any(missing(value, case, prediction) for value in self.card.computed):
+            return {}
+        clips = [_kept(self._metric, comparison)] * self._metric.least
+        return self._metric.values(clips)[0]
+
+
+def of_case(metric: AnyMetric) -> Metric:
+    """A metric of cases as it is; one of pairs as ``OnePair``."""
+    return OnePair(metric) if is_pair_metric(metric) else cast(Metric, metric)

@@ -1,0 +1,61 @@
+"""Files in which what metrics keep of finished cases waits until all cases of a unit are done."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.errors import FileError
+from retarget_bench.results.store import ResultPaths, case_file, read_npz, write_npz
+
+UNREADABLE = "cannot be read; score it anew with --overwrite always"
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """What a metric keeps of one case. facts: as JSON holds them. arrays: in single precision."""
+
+    facts: Mapping[str, Any]
+    arrays: Sequence[np.ndarray] = ()
+
+
+def folder(paths: ResultPaths) -> Path:
+    """The folder of a unit that is not complete."""
+    return paths.folder / f"{paths.method}.waiting"
+
+
+def file(paths: ResultPaths, case_id: str) -> Path:
+    """The file of a finished case."""
+    return folder(paths) / f"{case_file(case_id)}.npz"
+
+
+def write(path: Path, kept: Mapping[str, Kept]) -> None:
+    """Write what each metric keeps as two arrays: with a dozen small ones, the archive would take longer
+    than their making. Raises FileError."""
+    facts = {
+        metric: {"facts": each.facts, "shapes": [array.shape for array in each.arrays]}
+        for metric, each in kept.items()
+    }
+    numbers = [np.asarray(array, np.float32).ravel() for each in kept.values() for array in each.arrays]
+    joined = np.concatenate(numbers) if numbers else np.zeros(0, np.float32)
+    write_npz(path, {"facts": np.array(json.dumps(facts)), "numbers": joined})
+
+
+def read(path: Path) -> dict[str, Kept]:
+    """What is kept of a case, by metric. Raises FileError."""
+    stored, kept = read_npz(path, UNREADABLE), {}
+    try:
+        left = stored["numbers"]
+        for metric, each in json.loads(str(stored["facts"])).items():
+            arrays = []
+            for shape in each["shapes"]:
+                arrays.append(left[: math.prod(shape)].reshape(shape))
+                left = left[math.prod(shape) :]
+            kept[metric] = Kept(each["facts"], arrays)
+    except (KeyError, ValueError, TypeError, AttributeError) as error:
+        raise FileError(path, f"{UNREADABLE} ({error})") from error
+    return kept
