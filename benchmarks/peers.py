@@ -4,9 +4,10 @@
 
 Computes what is missing or outdated in --out (runs/peers) and writes ``results/peers.md``. --pairs: a
 folder with ``pair.txt``, whose lines name a source and the file of its answer by an animator's tool.
---fold: a folder with a training run for each learned method, named after it, on the part for training of a
-fold of the Mixamo clips: ``bench train METHOD -d 'mixamo[protocol=folds,root=...]' --init puppets --out
-RUNS/METHOD``; those that know the structures of their training alone begin without --init.
+--same, --r2et: weights of the papers' authors. --fold: a folder with a training run for each learned
+method, named after it, on the part for training of a fold of the Mixamo clips: ``bench train METHOD -d
+'mixamo[protocol=folds,root=...]' --init puppets --out RUNS/METHOD``; those that know the structures of
+their training alone begin without --init. Without --fold its section stays as it is on the page.
 """
 
 from __future__ import annotations
@@ -23,8 +24,12 @@ import retarget_bench as rb
 from retarget_bench import defaults
 from retarget_bench.files import write_text
 from retarget_bench.plugins import registry
+from retarget_bench.results import store
+from retarget_bench.results.header import MethodInfo
+from retarget_bench.tables.published.ours import whose
 
 PROJECT = Path(__file__).parents[1]
+PAGE = PROJECT / "results" / "peers.md"
 PEERS = {
     "nkn": "NKN",
     "nkn_cross": "NKN\\*",
@@ -43,8 +48,10 @@ PEERS = {
 FEW_STRUCTURES = ("nkn_cross", "pmnet_cross", "san")
 """Methods that answer on the structures of their training alone: others are shown beside them on the
 same cases."""
-MPJPE, ALIGNED, RECALL = "mpjpe_h.world", "mpjpe_h.root", "contact_recall"
-METRICS = ("position", "contact")
+MPJPE, FITTED, ALIGNED, RECALL = "mpjpe_h.world", "mpjpe_h.path_fitted", "mpjpe_h.root", "contact_recall"
+NAMES = {MPJPE: "MPJPE", FITTED: "path fitted", ALIGNED: "root-aligned", RECALL: "contact recall"}
+METRICS = ("position", "contact", "path_fitted")
+FOLD = "## Mixamo, a fold of five, trained on the others"
 SPLITS = {
     "puppets": ("self", "intra", "cross"),
     "mixamo": ("intra", "cross"),
@@ -74,12 +81,35 @@ def same_cases(frame: Any, title: str) -> Any:
     return frame
 
 
-def table(
-    title: str, about: str, results: rb.Results, methods: Iterable[str], fold: Path | None = None
-) -> Iterator[str]:
-    """Lines of Markdown: MPJPE, root-aligned and contact recall by split, with intervals."""
-    frame = same_cases(results.table([MPJPE, ALIGNED, RECALL]).frame, title)
-    rows = {(plain(row.method), row.split, row.value_id): row for row in frame.itertuples()}
+def authors(same: str | None, r2et: str | None) -> list[str]:
+    """Methods with the weights of their papers' authors: with our path, and as published."""
+    return [
+        *([f"same[weights={same}]", f"same[weights={same},path=integrated]"] if same else []),
+        *([f"r2et[weights={r2et}]", f"r2et[weights={r2et},size=published]"] if r2et else []),
+    ]
+
+
+def methods_of(results: rb.Results) -> dict[str, MethodInfo]:
+    """Label -> what results say of a method."""
+    headers = [store.read_header(place.header) for place in results.places]
+    return {header.method.label: header.method for header in headers}
+
+
+def named(method: MethodInfo) -> str:
+    """A method as papers call it, and in brackets whose weights it has and how it is changed."""
+    settings = [f"{name}={value}" for name, value in method.parameters.items() if name != "weights"]
+    posts = "".join(f"+{post['name']}" for post in method.posts)
+    note = ", ".join(filter(None, [whose(method), *settings])).replace("_", "\\_")
+    return PEERS.get(method.name, method.name.replace("_", "\\_")) + posts + (f" ({note})" if note else "")
+
+
+def table(title: str, about: str, results: rb.Results, fold: Path | None = None) -> Iterator[str]:
+    """Lines of Markdown: MPJPE, the same with fitted paths where pairs have enough clips, root-aligned and
+    contact recall by split, with intervals."""
+    frame = same_cases(results.table(list(NAMES)).frame, title)
+    rows = {(row.method, row.split, row.value_id): row for row in frame.itertuples()}
+    order, infos = list(PEERS), methods_of(results)
+    methods = sorted(infos, key=lambda label: (order.index(infos[label].name), label))
     splits = list(dict.fromkeys(row.split for row in frame.itertuples()))
     sizes = {
         row.split: f"{row.split} {row.cases:g} cases of {row.clips:g} clips" for row in frame.itertuples()
@@ -87,29 +117,26 @@ def table(
     columns = [
         (split, value)
         for split in splits
-        for value in (MPJPE, ALIGNED, RECALL)
+        for value in NAMES
         if any((method, split, value) in rows for method in methods)
     ]
-    names = {MPJPE: "MPJPE", ALIGNED: "root-aligned", RECALL: "contact recall"}
     yield from ("", f"## {title}", "", f"{about} {'; '.join(sizes.values())}.", "")
-    yield f"| method | trained | {' | '.join(f'{split}, {names[value]}' for split, value in columns)} |"
+    yield f"| method | trained | {' | '.join(f'{split}, {NAMES[value]}' for split, value in columns)} |"
     yield "|---|---|" + "---:|" * len(columns)
     for method in methods:
         if any((method, split, MPJPE) in rows for split in splits):
-            cells = " | ".join(_cell(rows.get((method, *column))) for column in columns)
-            yield f"| {PEERS.get(method, method)} | {training(method, fold)} | {cells} |"
+            cells = " | ".join(cell(rows.get((method, *column))) for column in columns)
+            info = infos[method]
+            trained = "by its authors" if "authors" in whose(info) else training(info.name, fold)
+            yield f"| {named(info)} | {trained} | {cells} |"
 
 
-def _cell(row: Any) -> str:
+def cell(row: Any, interval: bool = True) -> str:
+    """A number with its interval, where there is one."""
     if row is None or row.value != row.value:
         return "n/a"
-    has_interval = row.low is not None and row.low == row.low
+    has_interval = interval and row.low is not None and row.low == row.low
     return f"{row.value:.2f}" + (f" [{row.low:.2f}, {row.high:.2f}]" if has_interval else "")
-
-
-def plain(label: str) -> str:
-    """The method of a row, without its weights."""
-    return label.partition("[")[0]
 
 
 Beside = dict[tuple[str, str], tuple[float, str, int]]
@@ -156,8 +183,8 @@ def paired_folder(pairs: Path, folder: Path) -> Path:
     return folder
 
 
-def page(results: dict[str, rb.Results], few: rb.Results, fold: Path) -> str:
-    every = [name for name in PEERS if name not in FEW_STRUCTURES]
+def page(results: dict[str, rb.Results], few: rb.Results, fold: Path | None) -> str:
+    """The page; of the section of a fold that is not given, what stands there already."""
     out = [
         "# Who compared with whom, under one protocol",
         "",
@@ -170,33 +197,44 @@ def page(results: dict[str, rb.Results], few: rb.Results, fold: Path) -> str:
         "table is over the same cases for all its rows. *Trained*: time of the last run on one core, and "
         "amount of motion. NKN\\*, PMnet\\* and SAN have networks for each structure and know those of "
         "their training alone: elsewhere they have tables of their own, or no number. None of these "
-        "numbers says how good a method of a paper is at its best.",
+        "numbers says how good a method of a paper is at its best. *own weights*: trained here, with the "
+        "part of the frames that the paper's training sees where that is known; *authors' weights*: those "
+        "that the paper's authors published, which are not shipped.",
     ]
-    out += table("Puppets", "Held-out bodies and clips;", results["puppets"], every)
+    out += table("Puppets", "Held-out bodies and clips;", results["puppets"])
     out += beside_few(on_few(few))
-    out += table("Mixamo", "Characters and clips that none of them has seen;", results["mixamo"], every)
-    out += table(
-        "Mixamo, a fold of five, trained on the others",
-        "Weights from minutes on the clips of the other folds, which are not shipped (*+ earlier*: they "
-        "began as the shipped ones); clips that training lacks;",
-        results["fold"],
-        PEERS,
-        fold,
-    )
+    out += table("Mixamo", "Characters and clips that none of them has seen;", results["mixamo"])
+    if fold is None:
+        out += ["", *section(FOLD)]
+    else:
+        out += table(
+            FOLD.removeprefix("## "),
+            "Weights from minutes on the clips of the other folds, which are not shipped (*+ earlier*: "
+            "they began as the shipped ones); clips that training lacks;",
+            results["fold"],
+            fold,
+        )
     out += table(
         "SAME's pairs",
         "References by MotionBuilder on random skeletons, no copied rotations; each pair both ways;",
         results["pairs"],
-        every,
     )
     return "\n".join(out) + "\n"
+
+
+def section(heading: str) -> list[str]:
+    """The lines below a heading of the page as it is, and the heading."""
+    text = PAGE.read_text(encoding="utf-8")
+    return [heading, *text.partition(heading)[2].partition("\n## ")[0].strip("\n").splitlines()]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--mixamo", required=True, metavar="DIR", help="folder of the Mixamo clips")
     parser.add_argument("--pairs", required=True, metavar="DIR", help="folder with pair.txt")
-    parser.add_argument("--fold", required=True, metavar="RUNS", type=Path, help="folder of training runs")
+    parser.add_argument("--fold", metavar="RUNS", type=Path, help="folder of training runs")
+    parser.add_argument("--same", metavar="DIR", help="folder of the weights of SAME's authors")
+    parser.add_argument("--r2et", metavar="FILE", help="weights of R2ET's authors")
     parser.add_argument("--out", default="runs/peers", metavar="DIR", help="folder of results")
     parser.add_argument("--jobs", type=int, default=defaults.jobs(), metavar="N", help="processes")
     options = parser.parse_args()
@@ -213,13 +251,15 @@ def main() -> None:
                 "root": str(paired_folder(Path(options.pairs), Path(temporary))),
             },
         }
-        methods = {"fold": [of_fold(name, options.fold) for name in PEERS]}
+        every += authors(options.same, options.r2et)
+        methods = {} if options.fold is None else {"fold": [of_fold(name, options.fold) for name in PEERS]}
         results = {
             name: rb.run(methods.get(name, every), splits=splits, **sets[name], **common)
             for name, splits in SPLITS.items()
+            if name != "fold" or options.fold
         }
         few = rb.run(list(PEERS), splits=SPLITS["puppets"], **sets["puppets"], **common)
-    write_text(PROJECT / "results" / "peers.md", text := page(results, few, options.fold))
+    write_text(PAGE, text := page(results, few, options.fold))
     print(text)
 
 

@@ -4,6 +4,8 @@ import os
 
 DATASET = "puppets[size=tiny]"
 METHOD = "ik"
+COPYING = "copy_rotations"
+"""What printed numbers are to be read beside."""
 TASK = "retarget"
 SCAN_METHOD = "correspondence_free"
 """Of scanned motion, whose source has no skeleton."""

@@ -20,7 +20,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Scalar, Spec
 from retarget_bench.training import weights as bundles
-from retarget_bench.training.authors import AuthorsWeights
+from retarget_bench.training.authors import LABEL, AuthorsWeights
 from retarget_bench.training.tensor_files import verify
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class LearnedMethod:
         paper's authors, and the head of their hash."""
         if self._card is None or self._at in self.shipped().values():
             return self.weights
-        return f"{'authors' if self._authors else 'local'}-{self.weights_hash[:8]}"
+        return f"{LABEL if self._authors else 'local-'}{self.weights_hash[:8]}"
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:

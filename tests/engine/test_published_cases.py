@@ -68,7 +68,7 @@ def test_people_are_shown_and_who_refuses_dogs_stands_among_them(with_dogs: Path
     table = made(with_dogs, "humot-table4")
     assert rows(table) == {"wide": (["0.1000"], "8"), "narrow": (["0.2000"], "8")}
     assert not any(row.mark for group in table.groups for row in group.rows)
-    (hint,) = table.hints
+    hint = table.hints[0]
     assert "four-legged bodies (4 cases, --bodies four-legged)" in hint
     assert any("data: people: all intra: 8 cases, pairs 1, clips 8" in note for note in table.notes)
 
@@ -243,5 +243,8 @@ def test_trained_on_other_structures_numbers_of_seen_ones_say_how_many_cases(tmp
         for row in table.groups[0].rows
         if "printed" not in row.label
     }
-    assert {label: cell.n for label, cell in overall_cells.items()} == {"one": 3, "two": 4}
+    assert {label: cell.n for label, cell in overall_cells.items()} == {
+        "one (own weights)": 3,
+        "two (own weights)": 4,
+    }
     assert len({cell.footnote for cell in overall_cells.values()} - {0}) == 2

@@ -24,7 +24,7 @@ from retarget_bench.tables.model import Table
 from retarget_bench.tables.published import printed
 from retarget_bench.tables.published.joined import joined
 from retarget_bench.tables.published.our_sets import of_sets
-from retarget_bench.tables.published.ours import OurRow, of_cases, variant
+from retarget_bench.tables.published.ours import OurRow, about, of_cases, variant
 
 ALL = printed.names()
 VALUES = {
@@ -367,3 +367,27 @@ def test_pans_table_1_on_the_pairs_at_hand(tmp_path: Path) -> None:
     first, own = drawn("pan-table1", tmp_path).groups
     assert all("printed" in each.label for each in first.ranked)
     assert [each.label for each in own.ranked] == ["mine"]
+
+
+@pytest.mark.parametrize(
+    ("weights", "trained_on", "share", "words"),
+    [
+        ("puppets", {"kinds": ("walk",)}, 0.0031, "own weights, 0.31 % of its paper's training; ours: "),
+        ("puppets", {"kinds": ("walk",)}, None, "own weights; ours: "),
+        ("authors-12345678", None, None, "authors' weights; ours: "),
+        ("puppets", None, None, "ours: "),
+    ],
+)
+def test_rows_say_whose_weights_they_have(
+    weights: str, trained_on: dict | None, share: float | None, words: str
+) -> None:
+    facts = {"trained_on": trained_on, "training_share": share, "privileged": (), "control": False}
+    info = MethodInfo(name="same", label="same", parameters={"weights": weights}, **facts)
+    assert about(info) == f"{words}path relative to the source's"
+
+
+def test_where_copied_rotations_are_missing_a_hint_says_so(tmp_path: Path) -> None:
+    store(tmp_path, "pan", "cross", {("BigVegas>Goblin_m", "a"): 0.1})
+    assert "bench run copy_rotations" in "".join(drawn("pan-table1", tmp_path).hints)
+    store(tmp_path, "copy_rotations[root_rule=none]", "cross", {("BigVegas>Goblin_m", "a"): 0.1})
+    assert not any("copy_rotations" in hint for hint in drawn("pan-table1", tmp_path).hints)

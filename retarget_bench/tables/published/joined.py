@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from retarget_bench import defaults
 from retarget_bench.analysis.selection import Selection, group_of_bodies
 from retarget_bench.errors import BenchError
 from retarget_bench.results import case_metadata
@@ -58,6 +59,11 @@ def joined(
     if any(column.value_id for column in table.columns):
         alone = "None of the results here has a case that this table asks for."
     no_results = () if ours else (alone,)
+    copied = any(row.label.partition("[")[0] == defaults.COPYING for row in ours)
+    if ours and not copied:
+        hints.append(
+            f"Read this beside the row of copied rotations, which bench run {defaults.COPYING} adds."
+        )
     notes = (*table.notes, *no_results, *page.left_out(), *counts)
     return Table(
         table.title,
@@ -201,7 +207,7 @@ class _Page:
         counted = "" if self.table.of_sets or not n else f"{n}" if n == total else f"{n}/{total}"
         if row.label in self.known_as:
             return Row(self.known_as[row.label], row.mark, tuple(cells), counted, row.label)
-        label = f"{row.label} ({row.variant})" if row.variant else row.label
+        label = f"{row.label} ({row.about})" if row.about else row.label
         label += f", {row.where}" if len({each.where for each in self.rows}) > 1 else ""
         return Row(label, row.mark, tuple(cells), counted)
 

@@ -14,7 +14,7 @@ from retarget_bench.results import compatibility
 from retarget_bench.results.compatibility import Newest
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 from retarget_bench.tables.model import Cell, count
-from retarget_bench.tables.published.ours import OurRow, counted, missing, number_cell, variant
+from retarget_bench.tables.published.ours import OurRow, about, counted, missing, number_cell
 from retarget_bench.tables.published.printed import PublishedTable
 
 FLOOR, FLOOR_MARK = "floor", "real motion against real motion"
@@ -48,7 +48,7 @@ def of_sets(table: PublishedTable, matrices: Sequence[ResultMatrix]) -> tuple[li
             if any(values[row.label].values()):
                 cells = _cells(table, values[row.label], usual)
                 method = row.header.method
-                rows.append(OurRow(where, row.label, never_ranked(method), cells, variant(method)))
+                rows.append(OurRow(where, row.label, never_ranked(method), cells, about(method)))
         all_rows += sorted(rows, key=lambda row: row.label)
         notes += _counts(where, rows)
     return all_rows, notes

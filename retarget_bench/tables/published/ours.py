@@ -17,6 +17,7 @@ from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.tables.model import NOT_APPLICABLE, Cell, count
 from retarget_bench.tables.published.printed import SEEN, STRUCTURE, Column, PublishedTable
+from retarget_bench.training import authors
 
 FEWER = "answered fewer cases"
 UNTRAINED = "the method is untrained, so no structure is seen or unseen"
@@ -26,7 +27,7 @@ UNTRAINED = "the method is untrained, so no structure is seen or unseen"
 class OurRow:
     """One method on one data set and group of bodies, ``where``: column -> cell, of all columns.
 
-    mark: why a method is not compared, or "". variant: of a published method, or "".
+    mark: why a method is not compared, or "". about: see ``about``.
     common: column -> the cases that compared rows are over.
     """
 
@@ -34,13 +35,29 @@ class OurRow:
     label: str
     mark: str
     cells: Mapping[str, Cell]
-    variant: str = ""
+    about: str = ""
     common: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def numbers(self) -> dict[str, Cell]:
         """The cells that have a number."""
         return {label: cell for label, cell in self.cells.items() if cell.value is not None}
+
+
+def about(method: MethodInfo) -> str:
+    """Whose weights a method has, and which ``variant`` of a published one it is."""
+    return "; ".join(filter(None, [whose(method), variant(method)]))
+
+
+def whose(method: MethodInfo) -> str:
+    """Whose weights a learned method has: ``authors' weights``, or ``own`` with the part of its paper's
+    training that they have seen, where that is known; "" of an untrained one."""
+    if str(method.parameters.get("weights", "")).startswith(authors.LABEL):
+        return "authors' weights"
+    if method.trained_on is None:
+        return ""
+    share = method.training_share
+    return "own weights" if share is None else f"own weights, {100 * share:.2g} % of its paper's training"
 
 
 def variant(method: MethodInfo) -> str:
@@ -216,7 +233,7 @@ class _Part:
             elif cell.n < common:
                 reason = f"over the {cell.n} of the {count(common, 'common case')} that it has"
             cells[column.label] = replace(cell, reason=reason)
-        return OurRow(where, label, mark or (FEWER if fewer else ""), cells, variant(method))
+        return OurRow(where, label, mark or (FEWER if fewer else ""), cells, about(method))
 
     def _cells(self, numbers: Mapping[str, np.ndarray]) -> dict[str, Cell]:
         """The cells with a number of one method. numbers: column -> ``(cases,)``."""
