@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from retarget_bench import defaults
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import CURVES
 from retarget_bench.analysis.ranking import Ranking, doubt, never_ranked
@@ -77,26 +78,26 @@ class MethodGroup:
         return floors(sets, PEOPLE_SET, self.builder)
 
     def _root_rules(self) -> list[str]:
-        """What root paths are scaled by, and fitted to, where pairs have enough clips for a fit."""
+        """What root paths are scaled by and fitted to: on the papers' clips, where it decides most of the
+        error, and wherever pairs have enough clips for a fit."""
         labels_of: dict[str, dict[str, None]] = {}
         clips = dict[str, None]()
         for section in self.sections:
-            for score in (
-                each for each in section.scores if {PATH_FITTED, FITTED_CLIPS} <= each.means.keys()
-            ):
-                if not never_ranked(score.header.method):
+            methods = [score for score in section.scores if not never_ranked(score.header.method)]
+            fitted = [score for score in methods if {PATH_FITTED, FITTED_CLIPS} <= score.means.keys()]
+            clips |= {f"{section.split} {score.means[FITTED_CLIPS].value:.3g}": None for score in fitted}
+            if fitted or section.rows[0].header.dataset.name == defaults.PAPERS_DATASET:
+                for score in methods:
                     rule = score.header.method.root_rule or "unknown"
                     labels_of.setdefault(rule, {})[score.label] = None
-                    clips[f"{section.split} {score.means[FITTED_CLIPS].value:.3g}"] = None
         if not labels_of:
             return []
         usual = max(labels_of, key=lambda rule: len(labels_of[rule]))
         others = [f"{rule} for {listed(list(each))}" for rule, each in labels_of.items() if rule != usual]
         rest = f"{usual} for all others" if others else f"{usual} for all"
-        return [
-            f"Rule that scales root paths: {'; '.join([*others, rest])}.",
-            f"Paths are fitted over all clips of a pair of bodies, on average: {', '.join(clips)}.",
-        ]
+        rules = f"Rule that scales root paths: {'; '.join([*others, rest])}."
+        fits = f"Paths are fitted over all clips of a pair of bodies, on average: {', '.join(clips)}."
+        return [rules, *([fits] if clips else [])]
 
     def _title(self) -> str:
         """The splits, and how many cases they have."""

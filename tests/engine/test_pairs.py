@@ -11,6 +11,7 @@ from scipy.optimize import lsq_linear
 from small_plans import asked, carry_out
 from toys.toy_cases import OFFSETS, PARENTS
 
+from retarget_bench import defaults
 from retarget_bench.analysis.summary import split_summaries
 from retarget_bench.evaluation import runner, waiting
 from retarget_bench.evaluation.pairs import of_case
@@ -167,9 +168,13 @@ def test_tables_say_what_scales_root_paths_and_how_many_clips_fits_are_of(tmp_pa
     assert "Paths are fitted over all clips of a pair of bodies, on average: intra 4." in below
 
 
-def test_tables_without_fits_say_nothing_of_root_paths(tmp_path: Path) -> None:
+def test_tables_without_fits_name_rules_on_the_clips_of_papers_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     carry_out(tmp_path, "copy_rotations", clips=2, metrics=METRICS)
     assert not any("root paths" in line for line in table_of(tmp_path).groups[0].below)
+    monkeypatch.setattr(defaults, "PAPERS_DATASET", "toy_cases")
+    assert table_of(tmp_path).groups[0].below[0] == "Rule that scales root paths: hip_height for all."
 
 
 def table_of(root: Path) -> Table:
