@@ -99,11 +99,11 @@ def picture(frame: Any, panels: dict[str, Sequence[str]], names: dict[str, str],
         for value, marker in ((MPJPE, "o"), (FITTED, "D")):
             numbers = [number[label, value] for label in labels]
             axis.plot(numbers, at, marker, label=HEADS[value], color="black", mfc="none", ms=6)
-        axis.set(yticks=at, yticklabels=[names[label] for label in labels], title=title, xlim=(0, None))
-        axis.invert_yaxis()
+        axis.set(yticks=at, yticklabels=[names[label] for label in labels], title=title)
+        axis.set(xlim=(0, None), ylim=(len(labels) - 0.5, -0.5))
         axis.grid(axis="x", alpha=0.3)
     axes[-1].set_xlabel("% of the target's height, mean over clips")
-    axes[0].legend(frameon=False, loc="lower right")
+    axes[0].legend(frameon=False, loc="upper right")
     with atomic(path) as temporary:
         figure.savefig(temporary, format="png", dpi=130)
 

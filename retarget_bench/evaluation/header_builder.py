@@ -89,16 +89,11 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
         privileged=tuple(card.needs),
         control=bool(card.control),
         stochastic=bool(card.stochastic),
-        root_rule=_root_rule(unit),
+        root_rule=optional.root_rule(method),
         trained_on=manifest,
         training_share=optional.training_share(method),
         environment=environments.facts(unit.environment) if unit.environment else {},
     )
-
-
-def _root_rule(unit: EvaluationUnit) -> str:
-    stages = (unit.method.built, *(registry.create("posts", post) for post in unit.known_as.posts))
-    return next(filter(None, map(optional.root_rule, reversed(stages))), "")
 
 
 def _post_facts(post: Spec, run_here: bool) -> dict[str, Any]:

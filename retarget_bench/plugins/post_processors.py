@@ -97,6 +97,11 @@ class Composed:
         return optional.weights_label(self.method)
 
     @property
+    def root_rule(self) -> str:
+        """That of the last post-processor that moves the path, else the method's."""
+        return next(filter(None, map(optional.root_rule, (*reversed(self.posts), self.method))), "")
+
+    @property
     def stages(self) -> Mapping[str, Any]:
         return optional.stages(self.method)
 

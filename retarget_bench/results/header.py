@@ -34,7 +34,8 @@ class MethodInfo:
                 interpreter, platform, and the versions of a few ``packages``.
     root_rule:  what the root's path is scaled by, as the method or the last post-processor that moves it
                 says; "": unknown.
-    trained_on: what the weights were trained on (characters, structures, kinds, clips); None: untrained.
+    trained_on: what the weights were trained on (characters, structures, kinds, clips); None: untrained;
+                empty: not known.
     training_share: frames that training has seen, over those of the paper's training; None: not known.
     """
 

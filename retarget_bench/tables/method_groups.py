@@ -1,6 +1,6 @@
 """Groups of a table: methods by values, of cases or of sets; or parts of a breakdown by methods."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from retarget_bench import defaults
@@ -58,7 +58,7 @@ class MethodGroup:
             common=self._common(),
             below=(
                 *self._floors(rows),
-                *self._root_rules(),
+                *self._paths(),
                 *absent,
                 *(f"{each.split}: {each.so_far}." for each in self.sections if each.so_far),
                 *filter(None, (self._beside_best(row.label) for row in rows)),
@@ -77,9 +77,9 @@ class MethodGroup:
             return []
         return floors(sets, PEOPLE_SET, self.builder)
 
-    def _root_rules(self) -> list[str]:
-        """What root paths are scaled by and fitted to: on the papers' clips, where it decides most of the
-        error, and wherever pairs have enough clips for a fit."""
+    def _paths(self) -> list[str]:
+        """What root paths are scaled by, on the papers' clips, where it decides most of the error, and
+        wherever they are fitted; and over how many clips they are."""
         labels_of: dict[str, dict[str, None]] = {}
         clips = dict[str, None]()
         for section in self.sections:
@@ -89,15 +89,10 @@ class MethodGroup:
             if fitted or section.rows[0].header.dataset.name == defaults.PAPERS_DATASET:
                 for score in methods:
                     rule = score.header.method.root_rule or "unknown"
-                    labels_of.setdefault(rule, {})[score.label] = None
-        if not labels_of:
-            return []
-        usual = max(labels_of, key=lambda rule: len(labels_of[rule]))
-        others = [f"{rule} for {listed(list(each))}" for rule, each in labels_of.items() if rule != usual]
-        rest = f"{usual} for all others" if others else f"{usual} for all"
-        rules = f"Rule that scales root paths: {'; '.join([*others, rest])}."
-        fits = f"Paths are fitted over all clips of a pair of bodies, on average: {', '.join(clips)}."
-        return [rules, *([fits] if clips else [])]
+                    if f"root_rule={rule}" not in score.label:  # else the row says it
+                        labels_of.setdefault(rule, {})[score.label] = None
+        per_pair = f"Paths are fitted over the clips of each pair of bodies, on average {', '.join(clips)}."
+        return [*_rules(labels_of), *([per_pair] if clips else [])]
 
     def _title(self) -> str:
         """The splits, and how many cases they have."""
@@ -236,6 +231,16 @@ class MethodGroup:
         ranked = any(not score.unranked for score in having)
         why = "no case has a number of all ranked methods" if ranked else "none answered all cases"
         return f"{why}. Each number is over other cases"
+
+
+def _rules(labels_of: Mapping[str, Collection[str]]) -> list[str]:
+    """A sentence on root rules. labels_of: rule -> methods."""
+    if not labels_of:
+        return []
+    usual = max(labels_of, key=lambda rule: len(labels_of[rule]))
+    others = [f"{rule} for {listed(list(each))}" for rule, each in labels_of.items() if rule != usual]
+    rest = f"{usual} for all others" if others else f"{usual} for all"
+    return [f"Rule that scales root paths: {'; '.join([*others, rest])}."]
 
 
 def speeds(section: SplitSummary) -> list[str]:

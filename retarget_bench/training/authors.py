@@ -66,4 +66,5 @@ class AuthorsWeights:
             "facts": dict(self.facts),
             "hash": self.hash,
             "notes": [self.note],
+            "training_manifest": {},
         }

@@ -158,14 +158,14 @@ def _scored(case, prediction) -> dict[str, float]:
 
 
 def test_tables_say_what_scales_root_paths_and_how_many_clips_fits_are_of(tmp_path: Path) -> None:
-    methods = ("copy_rotations", "copy_rotations[root_rule=none]", "bone_directions", "toy_method")
+    methods = (
+        *("copy_rotations", "copy_rotations[root_rule=none]", "bone_directions", "toy_method"),
+        "ik+footlock[root_rule=height]",
+    )
     carry_out(tmp_path, *methods, clips=4, metrics=METRICS)
     below = table_of(tmp_path).groups[0].below
-    assert (
-        "Rule that scales root paths: none for copy_rotations[root_rule=none]; unknown for toy_method; "
-        "hip_height for all others."
-    ) in below
-    assert "Paths are fitted over all clips of a pair of bodies, on average: intra 4." in below
+    assert ("Rule that scales root paths: unknown for toy_method; hip_height for all others.") in below
+    assert "Paths are fitted over the clips of each pair of bodies, on average intra 4." in below
 
 
 def test_tables_without_fits_name_rules_on_the_clips_of_papers_alone(

@@ -21,6 +21,7 @@ from retarget_bench.training import authors
 
 FEWER = "answered fewer cases"
 UNTRAINED = "the method is untrained, so no structure is seen or unseen"
+UNKNOWN = "what the weights were trained on is not known"
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ class _Part:
         if column.chosen_by == "training":
             had = (method.trained_on or {}).get("structures", ())
             matches = np.isin(structures, list(had)) == (column.cases == SEEN)
-            return matches & (method.trained_on is not None)
+            return matches & bool(had)
         if column.chosen_by == "splits":
             return np.array([column.takes(info.split) for info in self.infos])
         pairs = column.pairs.union(*(each.pairs for each in self._parts(column)))
@@ -221,8 +222,9 @@ class _Part:
         cells = {}
         for column in self.table.columns:
             if (cell := having.get(column.label)) is None:
-                untrained = column.chosen_by == "training" and method.trained_on is None
-                cells[column.label] = missing(column, UNTRAINED if untrained else "")
+                by_training = column.chosen_by == "training"
+                why = UNTRAINED if method.trained_on is None else "" if method.trained_on else UNKNOWN
+                cells[column.label] = missing(column, why if by_training else "")
                 continue
             found, reason = self.numbers[column.label], ""
             common = int(found.common.sum())
