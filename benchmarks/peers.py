@@ -2,22 +2,19 @@
 
     python benchmarks/peers.py --mixamo PATH/TO/mixamo --pairs PATH/TO/same_pairs --fold RUNS
 
-Computes what is missing or outdated in --out (runs/peers) and writes ``results/peers.md``. --pairs: a
-folder with ``pair.txt``, whose lines name a source and the file of its answer by an animator's tool.
---same, --r2et: weights of the papers' authors. --fold: a folder with a training run for each learned
-method, named after it, on the part for training of a fold of the Mixamo clips: ``bench train METHOD -d
-'mixamo[protocol=folds,root=...]' --init puppets --out RUNS/METHOD``; those that know the structures of
-their training alone begin without --init. Without --fold its section stays as it is on the page.
+Computes what is missing or outdated in --out (runs/peers) and writes ``results/peers.md``. --pairs: see
+``same_pairs.py``. --same, --r2et: weights of the papers' authors. --fold: a folder with a training run for
+each learned method, named after it, on the part for training of a fold of the Mixamo clips: ``bench train
+METHOD -d 'mixamo[protocol=folds,root=...]' --init puppets --out RUNS/METHOD``; those that know the
+structures of their training alone begin without --init. Without --fold its section stays as it is.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import shutil
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import retarget_bench as rb
@@ -30,6 +27,7 @@ from retarget_bench.tables.published.ours import whose
 
 PROJECT = Path(__file__).parents[1]
 PAGE = PROJECT / "results" / "peers.md"
+PAIRS = PROJECT / "benchmarks" / "same_pairs.py"
 PEERS = {
     "nkn": "NKN",
     "nkn_cross": "NKN\\*",
@@ -171,18 +169,6 @@ def beside_few(beside: Beside) -> Iterator[str]:
         yield f"| {label} | {training(method)} | {cells} |"
 
 
-def paired_folder(pairs: Path, folder: Path) -> Path:
-    """The pairs as ``source-k/k.bvh`` and ``answer-k/k.bvh``."""
-    for number, line in enumerate((pairs / "pair.txt").read_text().splitlines()):
-        *_, source, answer = (part.strip() for part in line.split(","))
-        for name, file in (("source", source), ("answer", answer)):
-            there = pairs / file.removeprefix("sample/motion/bvh/")
-            place = folder / f"{name}-{number}" / f"{number}.bvh"
-            place.parent.mkdir(parents=True)
-            shutil.copyfile(there, place)
-    return folder
-
-
 def page(results: dict[str, rb.Results], few: rb.Results, fold: Path | None) -> str:
     """The page; of the section of a fold that is not given, what stands there already."""
     out = [
@@ -205,7 +191,7 @@ def page(results: dict[str, rb.Results], few: rb.Results, fold: Path | None) -> 
     out += beside_few(on_few(few))
     out += table("Mixamo", "Characters and clips that none of them has seen;", results["mixamo"])
     if fold is None:
-        out += ["", *section(FOLD)]
+        out += ["", FOLD, "", *section(FOLD)]
     else:
         out += table(
             FOLD.removeprefix("## "),
@@ -216,16 +202,17 @@ def page(results: dict[str, rb.Results], few: rb.Results, fold: Path | None) -> 
         )
     out += table(
         "SAME's pairs",
-        "References by MotionBuilder on random skeletons, no copied rotations; each pair both ways;",
+        "References by MotionBuilder on random skeletons, no copied rotations; each pair both ways, "
+        "without the rest pose in the first frame of each file;",
         results["pairs"],
     )
     return "\n".join(out) + "\n"
 
 
 def section(heading: str) -> list[str]:
-    """The lines below a heading of the page as it is, and the heading."""
+    """The lines below a heading of the page as it is."""
     text = PAGE.read_text(encoding="utf-8")
-    return [heading, *text.partition(heading)[2].partition("\n## ")[0].strip("\n").splitlines()]
+    return text.partition(heading)[2].partition("\n## ")[0].strip("\n").splitlines()
 
 
 def main() -> None:
@@ -241,24 +228,20 @@ def main() -> None:
     common = {"metrics": METRICS, "out": options.out, "jobs": options.jobs, "timed": False}
     every = [name for name in PEERS if name not in FEW_STRUCTURES]
     _trained(PEERS)
-    with TemporaryDirectory() as temporary:
-        sets = {
-            "puppets": {"dataset": defaults.DATASET},
-            "mixamo": {"dataset": "mixamo", "root": options.mixamo},
-            "fold": {"dataset": "mixamo[protocol=folds]", "root": options.mixamo},
-            "pairs": {
-                "dataset": "folder",
-                "root": str(paired_folder(Path(options.pairs), Path(temporary))),
-            },
-        }
-        every += authors(options.same, options.r2et)
-        methods = {} if options.fold is None else {"fold": [of_fold(name, options.fold) for name in PEERS]}
-        results = {
-            name: rb.run(methods.get(name, every), splits=splits, **sets[name], **common)
-            for name, splits in SPLITS.items()
-            if name != "fold" or options.fold
-        }
-        few = rb.run(list(PEERS), splits=SPLITS["puppets"], **sets["puppets"], **common)
+    sets = {
+        "puppets": {"dataset": defaults.DATASET},
+        "mixamo": {"dataset": "mixamo", "root": options.mixamo},
+        "fold": {"dataset": "mixamo[protocol=folds]", "root": options.mixamo},
+        "pairs": {"dataset": str(PAIRS), "root": options.pairs},
+    }
+    every += authors(options.same, options.r2et)
+    methods = {} if options.fold is None else {"fold": [of_fold(name, options.fold) for name in PEERS]}
+    results = {
+        name: rb.run(methods.get(name, every), splits=splits, **sets[name], **common)
+        for name, splits in SPLITS.items()
+        if name != "fold" or options.fold
+    }
+    few = rb.run(list(PEERS), splits=SPLITS["puppets"], **sets["puppets"], **common)
     write_text(PAGE, text := page(results, few, options.fold))
     print(text)
 

@@ -1,9 +1,9 @@
 """What the error on Mixamo measures: level path, height and pose of every method, and the rules of copying.
 
-    python benchmarks/mixamo_error.py --mixamo PATH/TO/mixamo
+    python benchmarks/mixamo.py --mixamo PATH/TO/mixamo
 
 Computes what is missing or outdated in --out (runs/peers, which ``peers.py`` fills, too) and writes
-``results/mixamo_error.md`` and ``results/mixamo_error.png``. --same, --r2et: weights of papers' authors.
+``results/mixamo.md`` and ``results/mixamo.png``. --same, --r2et: weights of papers' authors.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from peers import ALIGNED, FITTED, METRICS, MPJPE, authors, cell, methods_of, named, same_cases
+from peers import ALIGNED, FITTED, METRICS, MPJPE, RECALL, authors, cell, methods_of, named, same_cases
 
 import retarget_bench as rb
 from retarget_bench import defaults
@@ -32,19 +32,20 @@ METHODS = (
 )
 LEVEL, LIFT = "path_fit.level", "path_fit.lift"
 ALONG, HEIGHT = "root_path.horizontal", "root_path.vertical"
-VALUES = (MPJPE, FITTED, ALIGNED, ALONG, HEIGHT, LEVEL, LIFT)
+VALUES = (MPJPE, FITTED, ALIGNED, RECALL, ALONG, HEIGHT, LEVEL, LIFT)
 PARTS = {ALONG: "level path", HEIGHT: "height of the hips", ALIGNED: "pose (root-aligned)"}
 HEADS = {
     MPJPE: "MPJPE",
     FITTED: "path fitted",
     **PARTS,
+    RECALL: "contact recall",
     LEVEL: "level factor",
     LIFT: "lift",
 }
 ABOUT = """\
 # What the error on Mixamo measures
 
-    python benchmarks/mixamo_error.py --mixamo DIR
+    python benchmarks/mixamo.py --mixamo DIR
 
 {cases} cases of {clips} clips across structures, of the papers' test clips as far as they are at hand;
 every row is over the same cases. Numbers are in % of the target's height, but for the level factor; 95 %
@@ -69,7 +70,7 @@ height, of hip height and width. `mixamo` scales level by hip height plus 0.6 hi
 height. It describes these references, the 0.6 was fitted on these characters, and it is no better on
 other data: it is no default.
 
-![Level path, height and pose by method, and of copying by root rule](mixamo_error.png)
+![Level path, height and pose by method, and of copying by root rule](mixamo.png)
 """
 
 
@@ -130,7 +131,7 @@ def main() -> None:
     )
     frame = same_cases(results.table(list(VALUES)).frame, "Mixamo")
     text = page(frame, results)
-    write_text(PROJECT / "results" / "mixamo_error.md", text)
+    write_text(PROJECT / "results" / "mixamo.md", text)
     print(text)
 
 
@@ -144,7 +145,7 @@ def page(frame: Any, results: rb.Results) -> str:
         "Methods": [label for label in labels if not label.startswith("copy_rotations[")],
         "Copied rotations by root rule": [label for label in labels if label.startswith("copy_rotations")],
     }
-    picture(frame, panels, names, PROJECT / "results" / "mixamo_error.png")
+    picture(frame, panels, names, PROJECT / "results" / "mixamo.png")
     first = next(frame[frame.value_id == MPJPE].itertuples())
     out = [ABOUT.format(cases=f"{first.cases:g}", clips=f"{first.clips:g}")]
     for title, shown in panels.items():
