@@ -48,27 +48,32 @@ ABOUT = """\
     python benchmarks/mixamo.py --mixamo DIR
 
 {cases} cases of {clips} clips across structures, of the papers' test clips as far as they are at hand;
-every row is over the same cases. Numbers are in % of the target's height, but for the level factor; 95 %
-intervals over clips stand in brackets.
+every row is over the same cases. MPJPE is the mean distance of the joints from the reference's. Numbers
+are in % of the target's height, but for contact recall and the level factor; 95 % intervals over clips
+stand in brackets.
 
 MPJPE counts three things at once: where the hips are over the ground (*level path*), how high they are
-(*height*), and the pose around them (*root-aligned*). They are lengths in different directions and do not
-add up to MPJPE. On these clips the references are nearly copied rotations, so that the pose of every
-method that copies them is within about 1 % of height, and most of MPJPE is the rule by which the root's
-path was scaled: a convention of whoever made the references, which no method can read off the source. So
-a difference of MPJPE alone does not say which of two methods poses better. Two columns do:
-*root-aligned*, which leaves the path out, and *path fitted*.
+(*height of the hips*), and the pose around them (*root-aligned*). They are lengths in different
+directions and do not add up to MPJPE. On these clips the references are nearly copied rotations: of the
+{copied} of copied rotations about 1 is the pose. All else is the path of the hips. Some of it is the rule
+by which the path was scaled, a convention of whoever made the references, which no method can read off
+the source: by rule alone, with the same pose, copying goes from {best} to {worst}. So MPJPE does not say
+which of two methods poses better. *Root-aligned* does.
 
-*Path fitted* is MPJPE once the answer's level path is scaled by the one factor, and its height shifted by
-the one constant, that suit each pair of bodies best over all its clips: what is left does not hang on the
-rule. Both fitted numbers are shown as descriptions; visual odometry prints such an error after alignment
+*Path fitted* is MPJPE once the answer's level path is scaled by one factor (*level factor*) and its
+height shifted by one constant (*lift*), those that suit each pair of bodies best over all its clips. It
+takes a rule's scale away, and hardly differs between the rules that come near. What it leaves beside the
+pose is path, too, of a kind that no scale mends: here the hips do not rise and sink in one proportion to
+the source's, and lead or lag. The two fitted numbers are shown as means over pairs, between which they
+differ: 1.01 may be 0.9 for one and 1.1 for another. Visual odometry prints such an error after alignment
 beside the raw one (Zhang and Scaramuzza, *A Tutorial on Quantitative Trajectory Evaluation*, IROS 2018).
 
 Root rules scale the path by a ratio of the target to the source: of the height of the hips (`hip_height`,
 the default), of the bones of the leg (`leg_length`), of the root's offset in the file, of the body's
 height, of hip height and width. `mixamo` scales level by hip height plus 0.6 hip width and height by hip
-height. It describes these references, the 0.6 was fitted on these characters, and it is no better on
-other data: it is no default.
+height. It describes these references and was fitted on these characters, so that its rows show what a
+rule can do and no more; on SAME's pairs it is no better than `hip_height`, and it is no default. Methods
+without the parameter follow it by the post-processor `root_path`.
 
 ![Level path, height and pose by method, and of copying by root rule](mixamo.png)
 """
@@ -147,7 +152,16 @@ def page(frame: Any, results: rb.Results) -> str:
     }
     picture(frame, panels, names, PROJECT / "results" / "mixamo.png")
     first = next(frame[frame.value_id == MPJPE].itertuples())
-    out = [ABOUT.format(cases=f"{first.cases:g}", clips=f"{first.clips:g}")]
+    copied = [errors[label] for label in panels["Copied rotations by root rule"]]
+    out = [
+        ABOUT.format(
+            cases=f"{first.cases:g}",
+            clips=f"{first.clips:g}",
+            copied=f"{errors['copy_rotations']:.2f}",
+            best=f"{min(copied):.2f}",
+            worst=f"{max(copied):.2f}",
+        )
+    ]
     for title, shown in panels.items():
         out += [f"## {title}", "", *table(frame, shown, infos), ""]
     return "\n".join(out)

@@ -91,7 +91,9 @@ class MethodGroup:
                     rule = score.header.method.root_rule or "unknown"
                     if f"root_rule={rule}" not in score.label:  # else the row says it
                         labels_of.setdefault(rule, {})[score.label] = None
-        per_pair = f"Paths are fitted over the clips of each pair of bodies, on average {', '.join(clips)}."
+        per_pair = (
+            f"Paths are fitted over all clips of a pair of bodies (clips a pair: {', '.join(clips)})."
+        )
         return [*_rules(labels_of), *([per_pair] if clips else [])]
 
     def _title(self) -> str:
@@ -240,7 +242,7 @@ def _rules(labels_of: Mapping[str, Collection[str]]) -> list[str]:
     usual = max(labels_of, key=lambda rule: len(labels_of[rule]))
     others = [f"{rule} for {listed(list(each))}" for rule, each in labels_of.items() if rule != usual]
     rest = f"{usual} for all others" if others else f"{usual} for all"
-    return [f"Rule that scales root paths: {'; '.join([*others, rest])}."]
+    return [f"Rule that scales root paths, where a row does not say it: {'; '.join([*others, rest])}."]
 
 
 def speeds(section: SplitSummary) -> list[str]:

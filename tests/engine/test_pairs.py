@@ -165,7 +165,7 @@ def test_tables_say_what_scales_root_paths_and_how_many_clips_fits_are_of(tmp_pa
     carry_out(tmp_path, *methods, clips=4, metrics=METRICS)
     below = table_of(tmp_path).groups[0].below
     assert ("Rule that scales root paths: unknown for toy_method; hip_height for all others.") in below
-    assert "Paths are fitted over the clips of each pair of bodies, on average intra 4." in below
+    assert "Paths are fitted over all clips of a pair of bodies (clips a pair: intra 4)." in below
 
 
 def test_tables_without_fits_name_rules_on_the_clips_of_papers_alone(
@@ -174,7 +174,10 @@ def test_tables_without_fits_name_rules_on_the_clips_of_papers_alone(
     carry_out(tmp_path, "copy_rotations", clips=2, metrics=METRICS)
     assert not any("root paths" in line for line in table_of(tmp_path).groups[0].below)
     monkeypatch.setattr(defaults, "PAPERS_DATASET", "toy_cases")
-    assert table_of(tmp_path).groups[0].below[0] == "Rule that scales root paths: hip_height for all."
+    assert (
+        table_of(tmp_path).groups[0].below[0]
+        == "Rule that scales root paths, where a row does not say it: hip_height for all."
+    )
 
 
 def table_of(root: Path) -> Table:
