@@ -174,10 +174,11 @@ def page(results: dict[str, rb.Results], few: rb.Results, fold: Path | None) -> 
     out = [
         "# Who compared with whom, under one protocol",
         "",
-        "    python benchmarks/peers.py --mixamo DIR --pairs DIR --fold DIR",
+        "    python benchmarks/peers.py --mixamo DIR --pairs DIR --fold DIR --same DIR --r2et FILE",
         "",
         "The methods of the papers' tables, each rebuilt here and trained on motion of puppets and of CMU "
-        "(none of the pairs, and none of Mixamo but for the table of a fold), as shipped: "
+        "(none of the pairs, and none of Mixamo but for the table of a fold), as shipped, but for rows of "
+        "authors' weights, which may have seen any of it: "
         "`bench info METHOD` shows the cards of the weights. MPJPE and root-aligned MPJPE in % of height, "
         "contact recall as a share; 95 % intervals over clips in brackets, where there are ten clips. Each "
         "table is over the same cases for all its rows. *Trained*: time of the last run on one core, and "
@@ -189,7 +190,7 @@ def page(results: dict[str, rb.Results], few: rb.Results, fold: Path | None) -> 
     ]
     out += table("Puppets", "Held-out bodies and clips;", results["puppets"])
     out += beside_few(on_few(few))
-    out += table("Mixamo", "Characters and clips that none of them has seen;", results["mixamo"])
+    out += table("Mixamo", "Characters and clips that none of our trainings has seen;", results["mixamo"])
     if fold is None:
         out += ["", FOLD, "", *section(FOLD)]
     else:

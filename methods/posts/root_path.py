@@ -29,6 +29,8 @@ class RootPath:
         parameters={"root_rule": "length whose ratio scales the root path"},
     )
 
+    follows = USUAL
+
     def __init__(self, root_rule: root_rules.ScalingRule = "mixamo") -> None:
         self.root_rule = root_rules.check(root_rule, root_rules.SCALING_RULES)
 

@@ -200,10 +200,10 @@ def metric_tasks(metric: AnyMetric) -> tuple[str, ...]:
 def is_set_metric(metric: AnyMetric) -> TypeGuard[SetMetric]:
     """True if a metric compares sets: by its card, or, where that says nothing, by its methods."""
     kind = getattr(metric.card, "kind", "")
-    return kind == "set" if kind else hasattr(metric, "features")
+    return kind == "set" if kind else hasattr(metric, "features") and not is_pair_metric(metric)
 
 
 def is_pair_metric(metric: AnyMetric) -> TypeGuard[PairMetric]:
     """True if a metric needs all clips of a pair of bodies: by its card, or else by its methods."""
     kind = getattr(metric.card, "kind", "")
-    return kind == "pair" if kind else hasattr(metric, "kept")
+    return kind == "pair" if kind else hasattr(metric, "kept") and not hasattr(metric, "compute")

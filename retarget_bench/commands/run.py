@@ -115,7 +115,7 @@ def _show(places: list[Any], out: Path, *, variants: bool) -> None:
     tables = requested.tables(places, requested.Request(variants=variants))
     echo(text(tables, columns=screen_width()), nl=False)
     if not all(place.complete for place in places):
-        say("A run without --clips and --limit does the rest of the cases, then FID and speeds.")
+        say("A run without --clips and --limit does the rest of the cases, then path fits, FID and speeds.")
         return
     there = [] if out == Path(defaults.OUT) else ["-r", out]
     of = [] if task == defaults.TASK else ["--task", task]

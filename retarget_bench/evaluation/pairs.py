@@ -9,6 +9,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import cast
 
@@ -124,7 +125,7 @@ def _of_pair(
             continue
         try:
             before(name)
-            for case, values in zip(clips, _values(metric, list(clips.values())), strict=True):
+            for case, values in zip(clips, values_of(metric, list(clips.values())), strict=True):
                 scored[case].values.update(values)
         except BenchError as error:
             for case in clips:
@@ -132,14 +133,19 @@ def _of_pair(
     return scored
 
 
-def _values(metric: PairMetric, clips: Sequence[np.ndarray]) -> list[Values]:
-    """The values of each clip. Raises BenchError where the metric fails or breaks its contract."""
-    limit = sum(seconds(len(clip)) for clip in clips)
-    answers = list(attempt(partial(metric.values, clips), limit, f"metric {metric.card.name}, pair"))
-    if len(answers) != len(clips):
-        raise BenchError(f"gave values of {len(answers)} clips for {len(clips)}")
+def values_of(metric: PairMetric, clips: Sequence[np.ndarray]) -> list[Values]:
+    """The values of each clip of a pair, from what is kept of it. Raises BenchError where the metric fails
+    or breaks its contract."""
     every = [value.id for value in metric.card.computed]
-    return [checked(metric, answer, every) for answer in answers]
+
+    def ask() -> list[Values]:
+        answers = list(islice(metric.values(clips), len(clips) + 1))
+        if len(answers) != len(clips):
+            raise BenchError(f"gave values of {len(answers)} or more clips for {len(clips)}")
+        return [checked(metric, answer, every) for answer in answers]
+
+    limit = sum(seconds(clip.size) for clip in clips)
+    return attempt(ask, limit, f"metric {metric.card.name}, pair")
 
 
 # --------------------------------------------------------------------------------------- single cases

@@ -53,7 +53,7 @@ def read(path: Path) -> dict[str, Kept]:
         for metric, each in json.loads(str(stored["facts"])).items():
             arrays = []
             for shape in each["shapes"]:
-                arrays.append(left[: math.prod(shape)].reshape(shape))
+                arrays.append(left[: math.prod(shape)].reshape(shape).copy())  # not the whole file's
                 left = left[math.prod(shape) :]
             kept[metric] = Kept(each["facts"], arrays)
     except (KeyError, ValueError, TypeError, AttributeError) as error:

@@ -23,7 +23,7 @@ from retarget_bench.plugins.spec import Spec
 
 LAYERS, FEATURES = "training.layers", "training.features"
 """Packages that plug-ins share: layers of learned methods, networks for features of set metrics."""
-SETS = "evaluation.set_metrics"
+SETS, PAIRS = "evaluation.set_metrics", "evaluation.pairs"
 """The package that draws sets and evaluates metrics of them."""
 APART = ("motion.files", "motion.editing")
 """Of ``motion/``, what no method reaches: formats of files, and edits around methods."""
@@ -132,6 +132,12 @@ class BoundMetrics:
     def built(self) -> tuple[Any, ...]:
         """The plug-in objects. Raises BenchError."""
         built = tuple(registry.create("metrics", Spec.parse(name)) for name in self.names)
+        for metric in filter(optional.is_pair_metric, built):
+            if not (isinstance(getattr(metric, "least", None), int) and metric.least >= 1):
+                name = metric.card.name
+                raise BenchError(
+                    f"metric {name}: least, the fewest clips of a pair, is no number from 1 on"
+                )
         declared_values(built)
         return built
 
@@ -158,14 +164,16 @@ class BoundMetrics:
 
     @cached_property
     def versions(self) -> dict[str, str]:
-        """Metric name -> ``version+code``; the engine's comparison counts as code of each, the drawing and
-        evaluation of sets as code of set metrics, and what a metric reaches of the feature networks."""
+        """Metric name -> ``version+code``; the engine's comparison counts as code of each, the evaluation
+        of sets and pairs as code of their metrics, and what a metric reaches of the feature networks."""
         versions = {}
         for name, metric in zip(self.names, self.built, strict=True):
             files = reached(registry.code_files("metrics", Spec.parse(name).name), FEATURES)
             files |= package_code("api.comparison")
             if optional.is_set_metric(metric):
                 files |= package_code(SETS)
+            if optional.is_pair_metric(metric):
+                files |= package_code(PAIRS)
             versions[metric.card.name] = f"{metric.card.version}+{code_hash(files)}"
         return versions
 

@@ -99,7 +99,7 @@ class Composed:
     @property
     def root_rule(self) -> str:
         """That of the last post-processor that moves the path, else the method's."""
-        return next(filter(None, map(optional.root_rule, (*reversed(self.posts), self.method))), "")
+        return self._rule(len(self.posts))
 
     @property
     def stages(self) -> Mapping[str, Any]:
@@ -131,8 +131,23 @@ class Composed:
     def _reason(self, source: Character, body: Character, posts: Sequence[Post]) -> str | None:
         if reason := self.method.supports(source, body):
             return reason
-        each = ((post.card.name, post.supports(source, body)) for post in posts)
-        return next((f"{name}: {reason}" for name, reason in each if reason), None)
+        for number, post in enumerate(posts):
+            before, expected = self._rule(number), getattr(post, "follows", "")
+            if expected not in ("", before):
+                rule = (
+                    f"has the root rule {before}" if before else "says of no root rule that it follows it"
+                )
+                return (
+                    f"{post.card.name}: changes paths that follow {expected}, and what it is given {rule}"
+                )
+            if reason := post.supports(source, body):
+                return f"{post.card.name}: {reason}"
+        return None
+
+    def _rule(self, posts: int) -> str:
+        """The root rule of the answer after so many post-processors; "" where it is not known."""
+        stages = (*reversed(self.posts[:posts]), self.method)
+        return next(filter(None, map(optional.root_rule, stages)), "")
 
     def retarget(self, source: Source, target: Character, *, context: Context) -> Prediction:
         bare = replace(context, ground=None)

@@ -39,7 +39,7 @@ BUILT_IN = "built-in"
 _FILE_MODULE = "retarget_bench_file_"
 _MARKS: dict[Kind, tuple[str, ...]] = {
     "methods": ("retarget",),
-    "metrics": ("compute", "features"),
+    "metrics": ("compute", "kept", "features"),
     "datasets": ("cases",),
     "posts": ("process",),
 }
@@ -215,8 +215,9 @@ def _locate(module: str) -> Path | None:
 def add_file(path: str | Path) -> PluginEntry:
     """Make the plug-in in a ``.py`` file (or in a folder with an ``__init__.py``) known by its stem.
 
-    The attributes of its ``plugin`` decide its kind: ``retarget``, ``compute`` or ``features``, ``cases``,
-    or ``process``; so the file is imported here. Adding it again changes nothing. Raises BenchError.
+    The attributes of its ``plugin`` decide its kind: ``retarget``, ``compute``, ``kept`` or ``features``,
+    ``cases``, or ``process``; so the file is imported here. Adding it again changes nothing. Raises
+    BenchError.
     """
     path = Path(path).resolve()
     if path in _FILES:

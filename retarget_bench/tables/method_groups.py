@@ -85,16 +85,12 @@ class MethodGroup:
         for section in self.sections:
             methods = [score for score in section.scores if not never_ranked(score.header.method)]
             fitted = [score for score in methods if {PATH_FITTED, FITTED_CLIPS} <= score.means.keys()]
-            clips |= {f"{section.split} {score.means[FITTED_CLIPS].value:.3g}": None for score in fitted}
+            clips |= {f"{section.split} {score.means[FITTED_CLIPS].value:.0f}": None for score in fitted}
             if fitted or section.rows[0].header.dataset.name == defaults.PAPERS_DATASET:
                 for score in methods:
-                    rule = score.header.method.root_rule or "unknown"
-                    if f"root_rule={rule}" not in score.label:  # else the row says it
-                        labels_of.setdefault(rule, {})[score.label] = None
-        per_pair = (
-            f"Paths are fitted over all clips of a pair of bodies (clips a pair: {', '.join(clips)})."
-        )
-        return [*_rules(labels_of), *([per_pair] if clips else [])]
+                    labels_of.setdefault(score.header.method.root_rule or "unknown", {})[score.label] = None
+        over = f"Paths are fitted over all clips of a pair of bodies (clips, about: {', '.join(clips)})."
+        return [*_rules(labels_of), *([over] if clips else [])]
 
     def _title(self) -> str:
         """The splits, and how many cases they have."""
@@ -242,7 +238,7 @@ def _rules(labels_of: Mapping[str, Collection[str]]) -> list[str]:
     usual = max(labels_of, key=lambda rule: len(labels_of[rule]))
     others = [f"{rule} for {listed(list(each))}" for rule, each in labels_of.items() if rule != usual]
     rest = f"{usual} for all others" if others else f"{usual} for all"
-    return [f"Rule that scales root paths, where a row does not say it: {'; '.join([*others, rest])}."]
+    return [f"Rule that scales root paths: {'; '.join([*others, rest])}."]
 
 
 def speeds(section: SplitSummary) -> list[str]:

@@ -13,9 +13,12 @@ from toys.toy_cases import OFFSETS, PARENTS
 
 from retarget_bench import defaults
 from retarget_bench.analysis.summary import split_summaries
+from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner, waiting
 from retarget_bench.evaluation.pairs import of_case
 from retarget_bench.evaluation.score import score
+from retarget_bench.exchange.checking import _pair_scored_again
+from retarget_bench.metrics import path_fitted
 from retarget_bench.plugins import bound, registry
 from retarget_bench.results import store
 from retarget_bench.tables.builder import tables
@@ -124,6 +127,66 @@ def test_a_metric_that_fails_for_a_pair_is_a_fault_of_its_cases(
     assert all("mpjpe_h.world" in values for values in numbers(results).values())
 
 
+def _raises(self, clips):
+    yield {VALUE: 1.0}
+    raise ValueError("of its own")
+
+
+def _endless(self, clips):
+    while True:
+        yield {VALUE: 1.0}
+
+
+@pytest.mark.parametrize(
+    ("kept", "values", "message"),
+    [
+        (None, lambda self, clips: None, "not iterable"),
+        (None, _raises, "of its own"),
+        (None, _endless, "gave values of 4 or more clips for 3"),
+        (None, lambda self, clips: [{VALUE: "1"}] * 3, "instead of a number"),
+        (lambda self, comparison: np.float64(1.0), lambda self, clips: [{}] * 2, "gave values of 2"),
+        (lambda self, comparison: np.array(np.nan), lambda self, clips: [{}] * 3, "not finite"),
+    ],
+)
+def test_a_metric_that_breaks_its_contract_costs_its_own_values(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kept, values, message: str
+) -> None:
+    (metric,) = bound.metrics(("path_fitted",)).of_pairs
+    monkeypatch.setattr(type(metric), "values", values)
+    if kept is not None:
+        monkeypatch.setattr(type(metric), "kept", kept)
+    (results,) = carry_out(tmp_path, "toy_method", metrics=METRICS)
+    (fault,) = results.header.faults
+    assert (fault.metric, len(fault.cases)) == ("path_fitted", 6)
+    assert message in fault.message
+    assert all("mpjpe_h.world" in each for each in numbers(results).values())
+
+
+def test_a_metric_of_pairs_in_a_file_is_known_and_one_without_a_least_number_is_refused(
+    tmp_path: Path,
+) -> None:
+    source = Path(path_fitted.__file__).read_text(encoding="utf-8")
+    own = source.replace('"mpjpe_h.', '"my_h.').replace('"path_fit.', '"my_fit.')
+    (tmp_path / "my_fit.py").write_text(own.replace('"path_fitted"', '"my_fit"'))
+    assert registry.add_file(tmp_path / "my_fit.py").kind == "metrics"
+    (results,) = carry_out(tmp_path / "runs", "toy_method", metrics=("my_fit",))
+    assert all("my_h.path_fitted" in values for values in numbers(results).values())
+    without = own.replace("    least = 3\n", "").replace('"path_fitted"', '"no_least"')
+    (tmp_path / "no_least.py").write_text(without)
+    registry.add_file(tmp_path / "no_least.py")
+    with pytest.raises(BenchError, match="metric no_least: least, the fewest clips"):
+        carry_out(tmp_path / "runs", "toy_method", metrics=("no_least",))
+
+
+def test_forged_values_of_a_pair_are_found_beside_the_predictions(tmp_path: Path) -> None:
+    (results,) = carry_out(tmp_path, "toy_method[does=noise]", clips=4, metrics=METRICS)
+    data, answers = bound.dataset("toy_cases[clips=4]").built, results.paths.folder / results.paths.method
+    assert list(_pair_scored_again(results, data, answers)) == []
+    smaller = {key: each * (0.99 if key[0] == VALUE else 1.0) for key, each in results.numbers.items()}
+    (found,) = _pair_scored_again(replace(results, numbers=smaller), data, answers)
+    assert f"other numbers than the rows as {VALUE}" in found
+
+
 @pytest.mark.parametrize(("scale", "lift"), [(1.25, 0.0), (0.8, -0.04), (1.0, 0.1)])
 def test_a_path_of_another_scale_and_height_is_no_error(scale: float, lift: float) -> None:
     case = _case()
@@ -164,8 +227,11 @@ def test_tables_say_what_scales_root_paths_and_how_many_clips_fits_are_of(tmp_pa
     )
     carry_out(tmp_path, *methods, clips=4, metrics=METRICS)
     below = table_of(tmp_path).groups[0].below
-    assert ("Rule that scales root paths: unknown for toy_method; hip_height for all others.") in below
-    assert "Paths are fitted over all clips of a pair of bodies (clips a pair: intra 4)." in below
+    assert (
+        "Rule that scales root paths: none for copy_rotations[root_rule=none]; unknown for toy_method; "
+        "hip_height for all others."
+    ) in below
+    assert "Paths are fitted over all clips of a pair of bodies (clips, about: intra 4)." in below
 
 
 def test_tables_without_fits_name_rules_on_the_clips_of_papers_alone(
@@ -174,10 +240,8 @@ def test_tables_without_fits_name_rules_on_the_clips_of_papers_alone(
     carry_out(tmp_path, "copy_rotations", clips=2, metrics=METRICS)
     assert not any("root paths" in line for line in table_of(tmp_path).groups[0].below)
     monkeypatch.setattr(defaults, "PAPERS_DATASET", "toy_cases")
-    assert (
-        table_of(tmp_path).groups[0].below[0]
-        == "Rule that scales root paths, where a row does not say it: hip_height for all."
-    )
+    (first, *_) = table_of(tmp_path).groups[0].below
+    assert first == "Rule that scales root paths: hip_height for all."
 
 
 def table_of(root: Path) -> Table:

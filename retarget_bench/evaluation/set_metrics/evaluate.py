@@ -39,7 +39,7 @@ def evaluate(
     """
     by_id = {info.id: info for info in infos}
     metrics = bound.metrics(plan.metrics).of_sets
-    gathered = files.gather(metrics, paths, by_id)
+    gathered = files.gather(metrics, paths, by_id if metrics else ())
     values = []
     for metric in metrics:
         name = metric.card.name
