@@ -278,7 +278,7 @@ def _pair_scored_again(results: Results, data: Dataset, predictions: Path) -> It
             for name, number in values.items():
                 stored = values_of.get(case_id, {}).get(name)
                 if not (isinstance(stored, float) and isinstance(number, float) and _same(number, stored)):
-                    yield f"{case_id} scored again with its pair gives other numbers than the rows as {name}"
+                    yield f"{case_id} scored again gives other numbers than the rows as {name}"
                     return
 
 
