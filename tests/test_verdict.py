@@ -212,7 +212,7 @@ def turned(motion: Motion, role: str, degrees: float, axis: tuple[float, float, 
     ("role", "degrees", "axis", "part"),
     [
         ("spine_1", 40.0, (1.0, 0.0, 0.0), "trunk"),
-        ("left_up_leg", 50.0, (0.0, 0.0, 1.0), "left thigh"),
+        ("left_up_leg", 70.0, (0.0, 0.0, 1.0), "left thigh"),
         ("right_foot", 100.0, (0.0, 1.0, 0.0), "right foot"),
         ("left_arm", 80.0, (0.0, 0.0, 1.0), "left upper arm"),
     ],

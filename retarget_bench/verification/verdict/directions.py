@@ -20,15 +20,15 @@ LASTING = 0.3
 SHORT = 1e-3
 """Body heights: a bone that is no longer has no direction."""
 BONES = (
-    ("trunk", "hips", "neck", 20.0),
+    ("trunk", "hips", "neck", 30.0),
     *(
         (f"{side} {part}", f"{side}_{begin}", f"{side}_{end}", limit)
         for side in SIDES
         for part, begin, end, limit in (
             ("upper arm", "arm", "forearm", 45.0),
             ("forearm", "forearm", "hand", 60.0),
-            ("thigh", "up_leg", "leg", 35.0),
-            ("shin", "leg", "foot", 35.0),
+            ("thigh", "up_leg", "leg", 55.0),
+            ("shin", "leg", "foot", 55.0),
             ("foot", "foot", "toe", 60.0),
         )
     ),
@@ -38,7 +38,10 @@ BONES = (
 
 def directions(pair: Pair) -> Iterator[Defect]:
     """Stretches in which a part that both bodies have points away from the source's, by more than it does
-    in the pose that both are compared in."""
+    in the pose that both are compared in. Bodies on four legs are left out: their proportions differ too
+    much."""
+    if any(body.four_legged for body in pair.bodies):
+        return
     for part, begin, end, limit in BONES:
         if not pair.has(begin, end):
             continue
