@@ -194,6 +194,57 @@ def test_a_foot_that_slides_while_the_sources_stands_is_found():
         assert each.amount == pytest.approx(shift * (each.last - each.first), rel=0.3, abs=1.5)
 
 
+def turned(motion: Motion, role: str, degrees: float, axis: tuple[float, float, float]) -> Motion:
+    """A joint turned by so many degrees about an axis of its parent's frame, as it is at rest."""
+    joint = motion.character.joint_of[role]
+    parent = motion.character.skeleton.parents[joint]
+    own = rotation.rotate(rotation.conjugate(motion.character.reference_globals[parent]), np.array(axis))
+    turn = rotation.from_rotation_vector(np.radians(degrees) * own)
+
+    def change(rotations: np.ndarray, root: np.ndarray) -> None:
+        del root
+        rotations[:, joint] = rotation.multiply(turn[None], rotations[:, joint])
+
+    return changed(motion, change)
+
+
+@pytest.mark.parametrize(
+    ("role", "degrees", "axis", "part"),
+    [
+        ("spine_1", 40.0, (1.0, 0.0, 0.0), "trunk"),
+        ("left_up_leg", 70.0, (0.0, 0.0, 1.0), "left thigh"),
+        ("right_foot", 100.0, (0.0, 1.0, 0.0), "right foot"),
+        ("left_arm", 80.0, (0.0, 0.0, 1.0), "left upper arm"),
+    ],
+)
+def test_a_part_that_points_elsewhere_than_the_sources_is_found(role, degrees, axis, part):
+    """As where a back is left out, or the sides of a file are exchanged."""
+    body = replace(case(KICK).target, skin=None)
+    standing = posed(body, elbow=20.0)
+    away = turned(standing, role, degrees, axis)
+    found = [each for each in verdict(standing, away).defects if each.kind == "turned"]
+    assert part in {each.part for each in found}
+    (one,) = (each for each in found if each.part == part)
+    assert one.amount == pytest.approx(degrees, abs=12)
+    assert (one.first, one.last) == (0, standing.frames - 1)
+    assert f"{part} points elsewhere than the source's ({one.amount:.0f} degrees)" in one.reason
+    slightly = turned(standing, role, 10.0, axis)
+    assert not [each for each in verdict(standing, slightly).defects if each.kind == "turned"]
+
+
+def test_hands_and_heads_below_the_floor_are_found_as_feet_are():
+    source, result = solved(WALK)
+    body = result.character
+    hands = [body.joint_of[role] for role in ("left_hand", "head")]
+    sunk = np.array(result.positions)
+    sunk[20:40, hands, 1] = -0.05 * body.height
+    defects = verdict(source, body.positions(sunk, result.fps)).defects
+    assert {each.part for each in defects if each.kind == "floor"} == {"left hand", "head"}
+    for each in (one for one in defects if one.kind == "floor"):
+        assert (each.first, each.last) == (20, 39)
+        assert each.amount == pytest.approx(5 * body.height, abs=1.0)
+
+
 def posed(body: Character, elbow: float, arm: float = 75.0, frames: int = 30) -> Motion:
     """Standing, the arms down by so many degrees, the left forearm turned on by more; from above the arms
     hang, and the forearm turns before the body."""

@@ -7,6 +7,7 @@
 - ``speed``: a joint moves much faster than the source's would on this body;
 - ``floor``: a foot is below the floor that the source stands on;
 - ``slide``: a foot slides while the source's stands;
+- ``turned``: a limb, a foot or the trunk points elsewhere than the source's;
 - ``inside``: a hand is in the body, where the result's character has a mesh.
 
 Bones that nothing drives (capes, hair, props, twist joints) follow their parent; they are named, and are no
@@ -25,6 +26,7 @@ from retarget_bench.motion.editing import twists
 from retarget_bench.motion.roles import explain
 from retarget_bench.motion.transfer import FOLLOW, correspondence, reason
 from retarget_bench.verification.verdict.defects import Defect, Verdict
+from retarget_bench.verification.verdict.directions import directions
 from retarget_bench.verification.verdict.joints import Pair, bends, feet, speeds
 from retarget_bench.verification.verdict.penetration import hands
 
@@ -54,7 +56,7 @@ def verdict(source: Prediction, result: Prediction) -> Verdict:
             f"per second, the result {result.frames} at {result.fps:g}; resample or cut one of them"
         )
     pair = Pair(source, result)
-    defects = [*bends(pair), *speeds(pair), *feet(pair), *hands(pair)]
+    defects = [*bends(pair), *speeds(pair), *feet(pair), *directions(pair), *hands(pair)]
     causes = [each for each in defects if not _caused(each, defects)]
     worst_first = tuple(sorted(causes, key=lambda each: -each.severity))
     return Verdict(result.frames, result.fps, worst_first, undriven(source.character, result.character))

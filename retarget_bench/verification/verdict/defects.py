@@ -22,6 +22,7 @@ KINDS = {
     "speed": ("m/s", "at {amount:.1f} m/s (source at this size {source:.1f}){more}"),
     "floor": ("cm", "goes through the floor ({amount:.0f} cm; source {source:.0f})"),
     "slide": ("cm", "slides ({amount:.0f} cm; source {source:.0f})"),
+    "turned": ("degrees", "points elsewhere than the source's ({amount:.0f} degrees)"),
     "inside": ("%", "is in the body ({amount:.0f} % of it{more})"),
 }
 """Kind of a defect -> the unit of its amount, and its reason after the name of the part."""
@@ -31,7 +32,7 @@ KINDS = {
 class Defect:
     """A stretch of frames to look at, and why.
 
-    kind:     ``snap``, ``straight``, ``speed``, ``floor``, ``slide`` or ``inside``.
+    kind:     ``snap``, ``straight``, ``speed``, ``floor``, ``slide``, ``turned`` or ``inside``.
     part:     of the body, for people: ``left knee``.
     first, last, worst: frames, counted from 0.
     amount:   at the worst frame, in ``unit``; source: likewise of the source, at the size of the result's

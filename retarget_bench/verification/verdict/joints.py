@@ -17,7 +17,7 @@ from retarget_bench.motion.body import UP
 from retarget_bench.motion.character import Character, Motion, Prediction
 from retarget_bench.motion.hinges import FOLDED
 from retarget_bench.motion.planting.feet import planted
-from retarget_bench.motion.roles import SIDES, bones, is_finger, is_tip
+from retarget_bench.motion.roles import HANDS, SIDES, bones, is_finger, is_tip
 from retarget_bench.verification.verdict.defects import Defect, defect, stretches
 
 NEAR = 0.1
@@ -201,28 +201,55 @@ def _speeds(pair: Pair, role: str) -> tuple[np.ndarray, np.ndarray]:
 
 # ---------------------------------------------------------------------------------------------- feet
 def feet(pair: Pair) -> Iterator[Defect]:
-    """Defects of the feet that both bodies have."""
+    """Defects of the feet that both bodies have, and of hands and heads below the floor of these."""
+    floors = []
     for side in SIDES:
         joints = [role for part in ("toe", "foot") if pair.has(role := f"{side}_{part}")]
         if joints:
             stands = planted(pair.source, pair.source.character.joint_of[joints[0]])  # type: ignore[arg-type]
+            floors.append(_level(_lowest(pair.source, side), stands))
             yield from _through_floor(pair, side, stands)
             yield from _slides(pair, side, joints[0], stands)
+    for role in (*HANDS, "head") if floors else ():
+        if pair.has(role):
+            source, result = (path[:, 1] for path in pair.paths(role))
+            floor = min(*floors, 0.0)
+            yield from _deeper(pair, joint_name(role), floor, floor - source, result)
+
+
+def _level(source: np.ndarray, stands: np.ndarray) -> float:
+    """Metres: the lowest floor that a foot of the source stands on; 0 where it never stands."""
+    return float(np.quantile(source[stands], 0.05)) if stands.any() else 0.0
 
 
 def _through_floor(pair: Pair, side: str, stands: np.ndarray) -> Iterator[Defect]:
     source, result = (_lowest(motion, side) for motion in (pair.source, pair.result))
-    level = float(np.quantile(source[stands], 0.05)) if stands.any() else 0.0
+    level = _level(source, stands)
     on_step = stands & (source > level + _STEP * pair.source.character.height)
-    floor = pair.ratio * np.where(on_step, source, min(level, 0.0))
-    usual = pair.ratio * np.maximum(np.where(on_step, 0.0, level - source), 0.0)
-    deep = floor - result
+    floor = np.where(on_step, source, min(level, 0.0))
+    yield from _deeper(pair, f"{side} foot", floor, level - source, result)
+
+
+def _deeper(
+    pair: Pair,
+    name: str,
+    floor: np.ndarray | float,
+    depth: np.ndarray,
+    result: np.ndarray,
+) -> Iterator[Defect]:
+    """Stretches in which a part is deeper below a floor than the source's is at this size.
+
+    floor: metres, of the source. depth: ``(frames,)`` metres that the source's part is below it. result:
+    ``(frames,)`` metres, the height of the part.
+    """
+    usual = pair.ratio * np.maximum(depth, 0.0)
+    deep = pair.ratio * np.asarray(floor) - result
     limit = usual + DEEP * pair.result.character.height
     for part in stretches(deep > limit, pair.fps):
         if part.stop - part.start >= LASTING * pair.fps:
             worst = part.start + int(np.argmax((deep - usual)[part]))
             numbers = 100 * deep[worst], 100 * usual[worst], deep[worst] / limit[worst]
-            yield defect("floor", f"{side} foot", part, worst, *numbers)
+            yield defect("floor", name, part, worst, *numbers)
 
 
 def _lowest(motion: Prediction, side: str) -> np.ndarray:
