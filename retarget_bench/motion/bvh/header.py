@@ -17,6 +17,15 @@ _MOTION = re.compile(rb"^[ \t]*MOTION[ \t\r]*$", re.IGNORECASE | re.MULTILINE)
 _FRAMES = re.compile(r"\s*Frames\s*:\s*(\S+)\s*", re.IGNORECASE)
 _FRAME_TIME = re.compile(r"\s*Frame\s+Time\s*:\s*(\S+)\s*", re.IGNORECASE)
 _BRACE = re.compile("([{}])")
+_NUMBERS = re.compile(
+    rb"^[ \t]*+(?:OFFSET\b|Frame[ \t]++Time[ \t]*+:)?+([-+0-9.,E \t\r]++)$", re.IGNORECASE | re.MULTILINE
+)
+"""The numbers of a line: of an OFFSET, a frame, or the frame time."""
+_DECIMAL_COMMA = re.compile(rb"[-+]?[0-9]*,[0-9]+(?:[eE][-+]?[0-9]+)?")
+_THOUSANDS = re.compile(rb"[-+]?[1-9][0-9]{0,2},[0-9]{3}")
+REMARK = re.compile(rb"^[ \t]*+(?:#|//|;)[^\n]*", re.MULTILINE)
+"""A line that some programs write, like which no statement and no number begins."""
+_DOS_END = b"\x1a"
 _CHANNELS = {name.lower(): name for name in (*POSITIONS, *ROTATIONS)}
 _END_SITE = -1
 _LONGEST_NAME = 1000
@@ -61,9 +70,23 @@ _FOREIGN: dict[str, tuple[bytes, ...]] = {
 
 
 def plain(data: bytes) -> bytes:
-    """Without a byte order mark, lines ended by LF or CRLF."""
+    """Without a byte order mark and DOS' end mark, lines ended by LF or CRLF, decimal points for commas."""
     data = data.removeprefix(_BOM)
-    return data if b"\n" in data else data.replace(b"\r", b"\n")
+    if _DOS_END in data[-_SHOWN:]:
+        data = data.rstrip(_DOS_END + b" \t\r\n") + b"\n"
+    data = data if b"\n" in data else data.replace(b"\r", b"\n")
+    return _with_points(data) if b"," in data else data
+
+
+def _with_points(data: bytes) -> bytes:
+    """With decimal points, where all fractions have decimal commas; unchanged where commas and points are
+    mixed, or commas might group thousands."""
+    numbers = b" ".join(match[1] for match in _NUMBERS.finditer(data))
+    commas = [word for word in numbers.split() if b"," in word]
+    clear = all(map(_DECIMAL_COMMA.fullmatch, commas)) and not all(map(_THOUSANDS.fullmatch, commas))
+    if b"." in numbers or not clear:
+        return data
+    return _NUMBERS.sub(lambda match: match[0].replace(b",", b"."), data)
 
 
 def complaint(start: bytes) -> str | None:
@@ -82,6 +105,9 @@ def complaint(start: bytes) -> str | None:
             return f"is not BVH but {meaning}"
     if b"\0" in start:
         return "is not BVH but binary data of an unknown kind"
+    text = REMARK.sub(b"", text).lstrip()
+    if not text or text[:9].upper() == b"HIERARCHY":
+        return None
     first = text.splitlines()[0][:40].decode("ascii", "replace")
     return f"is not BVH: it begins with {first!r} instead of HIERARCHY"
 
@@ -127,7 +153,7 @@ def _next_line(data: bytes, start: int, line: int) -> tuple[str, int, int]:
         text = data[start : feed if feed >= 0 else len(data)]
         start = feed + 1 if feed >= 0 else len(data)
         line += 1
-        if text and not text.isspace():
+        if text and not text.isspace() and not REMARK.match(text):
             return text.decode("latin-1"), start, line
     raise _Fault("ends before the lines 'Frames:' and 'Frame Time:'", line)
 
@@ -142,12 +168,13 @@ def _frames(text: str, line: int) -> int:
 def _frame_time(text: str, line: int) -> float:
     match = _FRAME_TIME.fullmatch(text)
     seconds = number(match[1]) if match else None
-    if seconds is None or not 1e-6 <= seconds <= 1e4:
+    if seconds is None or not (seconds == 0 or 1e-6 <= seconds <= 1e4):
         raise _Fault(f"expected 'Frame Time:' and seconds above 0, found {text.strip()[:_SHOWN]!r}", line)
     return seconds
 
 
 def _hierarchy(head: bytes) -> Hierarchy:
+    head = REMARK.sub(b"", head)
     try:
         text = head.decode("utf-8")
     except UnicodeDecodeError:

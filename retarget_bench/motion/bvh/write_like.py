@@ -52,8 +52,9 @@ def write(
     Raises FileError where the body's file has no channels to say where the body is.
     """
     path, source = Path(path), like.findings.path
-    recording, document = bvh.read(source, root=root, inner=True), bvh.parse(source)
-    other = bvh.read(source, root="relative", inner=True)
+    rate = like.reading.rate
+    recording, document = bvh.read(source, root=root, inner=True, rate=rate), bvh.parse(source)
+    other = bvh.read(source, root="relative", inner=True, rate=rate)
     relative = np.array_equal(other.root, recording.root)
     first = len(document.hierarchy) - len(recording.skeleton)
     pattern = _Pattern(source, document, "relative" if relative else "absolute", first)

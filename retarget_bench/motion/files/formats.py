@@ -74,7 +74,7 @@ def _refuse(path: Path, reading: Reading, *names: str) -> None:
 
 def _read_bvh(path: Path, reading: Reading) -> Recording:
     _refuse(path, reading, "take", "body", "skeleton", "body_model")
-    return bvh.read(path, root=reading.root_place, inner=True)
+    return bvh.read(path, root=reading.root_place, inner=True, rate=reading.rate)
 
 
 def _read_gltf(path: Path, reading: Reading) -> Recording:
