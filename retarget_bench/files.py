@@ -35,13 +35,23 @@ LARGEST = 4 << 30
 """Bytes of a motion file: as text some hours of a body at 120 frames per second."""
 _LARGEST_TEXT, _DEEPEST = 1 << 28, 30
 """Bytes of a file of JSON or TOML, and how deep lists and objects of one may be nested."""
+_STAND_INS = {
+    "a Git LFS pointer: run `git lfs pull` where it came from": (
+        b"version https://git-lfs",
+        b"version http://git-media",
+    ),
+    "a git-annex pointer: run `git annex get` where it came from": (b"/annex/objects",),
+    "a web page: the download gave a page, as of an error, instead of the file": (b"<!doctype", b"<html"),
+}
+"""Kinds of files that lie in the place of others -> what they begin with, in small letters."""
 _FORMULA = ("=", "+", "-", "@")
 """Signs that spreadsheets take for the beginning of a formula."""
 
 
 def check_ordinary(path: str | Path, most: float = math.inf) -> None:
-    """Raises FileError for anything but an ordinary file, which reading could wait for or never end, and
-    for one of more than ``most`` bytes. A missing file passes: opening it fails."""
+    """Raises FileError for anything but an ordinary file, which reading could wait for or never end, for
+    one of more than ``most`` bytes, and for what stands in for a file (``stand_in``). A missing file
+    passes: opening it fails."""
     try:
         status = Path(path).stat()
     except (OSError, ValueError):
@@ -55,6 +65,15 @@ def check_ordinary(path: str | Path, most: float = math.inf) -> None:
     if status.st_size > most:
         sizes = f"{status.st_size / 1e9:,.4g} GB; files of up to {most / 1e9:.2g} GB are read"
         raise FileError(path, f"has {sizes}: cut it into parts, or see whether it is damaged")
+    with suppress(OSError), Path(path).open("rb") as file:
+        if meaning := stand_in(file.read(_LONGEST)):
+            raise FileError(path, f"is {meaning}")
+
+
+def stand_in(head: bytes) -> str:
+    """The kind of pointer to a file, or of page in its place, that begins with these bytes; "" for others."""
+    head = head.removeprefix(b"\xef\xbb\xbf").lstrip().lower()
+    return next((meaning for meaning, beginnings in _STAND_INS.items() if head.startswith(beginnings)), "")
 
 
 def read_json(path: Path, most: int = _LARGEST_TEXT) -> Any:

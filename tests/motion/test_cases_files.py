@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from retarget_bench.errors import FileError
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.importer import load
 
@@ -29,3 +30,26 @@ def test_no_frame_time(real_data):
     base = load(real_data / "cases/07_mirrored_left_handed/00_base.bvh", Reading(rate=30.0))
     path = real_data / "cases/18_frame_time_zero_with_rate/06_ft0.bvh"
     same_motion(load(path, Reading(rate=30.0)), base)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        *((f"lfs.{ending}", "is a Git LFS pointer: run") for ending in ("amc", "fbx", "glb", "npz")),
+        *((f"page.{ending}", "is a web page: ") for ending in ("fbx", "glb")),
+    ],
+)
+def test_pointers_and_pages(real_data, name, words):
+    with pytest.raises(FileError, match=words):
+        load(real_data / "cases/17_pointer_or_page_not_fbx_glb" / name)
+
+
+@pytest.mark.parametrize(
+    ("name", "fps"), [("06_fps_key", 60.0), ("15b_rotmat", 60.0), ("17_smpl_keys", 30.0)]
+)
+def test_dialects_of_smpl(real_data, name, fps):
+    imported = load(real_data / f"cases/22_smpl_dialects/{name}.npz")
+    assert (imported.motion.frames, imported.motion.fps) == (50, fps)
+    assert imported.findings.missing == ()
+    doubts = [each for each in imported.findings.doubts if "average skeleton" not in each]
+    assert [*doubts] == [each for each in doubts if fps == 30.0 and "states no mocap_framerate" in each]

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.errors import FileError
+from retarget_bench.files import stand_in
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS, Header, Hierarchy
 from retarget_bench.motion.skeleton import EndSite
 
@@ -41,11 +42,6 @@ Offset = tuple[float, float, float]
 
 _BOM, _UTF16 = b"\xef\xbb\xbf", (b"\xff\xfe", b"\xfe\xff")
 _FOREIGN: dict[str, tuple[bytes, ...]] = {
-    "a Git LFS pointer: run `git lfs pull` where it came from": (
-        b"version https://git-lfs",
-        b"version http://git-media",
-    ),
-    "a git-annex pointer: run `git annex get` where it came from": (b"/annex/objects",),
     "a binary FBX file: export it as BVH from the program that made it": (b"Kaydara FBX Binary",),
     "an ASCII FBX file: export it as BVH from the program that made it": (b"; FBX",),
     "a binary glTF file: export it as BVH": (b"glTF",),
@@ -60,7 +56,6 @@ _FOREIGN: dict[str, tuple[bytes, ...]] = {
     "a USD scene: export it as BVH": (b"#usda", b"PXR-USDC"),
     "a NumPy array": (b"\x93NUMPY",),
     "an HDF5 file": (b"\x89HDF",),
-    "a web page: the download gave an error page instead of the file": (b"<!DOCTYPE", b"<html"),
     "an XML file": (b"<?xml",),
     "an Acclaim skeleton (ASF)": (b"# AST/ASF", b":version"),
     "an Acclaim motion (AMC)": (b"#!OML:ASF", b":FULLY-SPECIFIED"),
@@ -95,6 +90,8 @@ def complaint(start: bytes) -> str | None:
         return "is empty"
     if start.startswith(_UTF16):
         return "is UTF-16 text: save it as UTF-8"
+    if meaning := stand_in(start):
+        return f"is {meaning}"
     text = start.removeprefix(_BOM).lstrip()
     if not text:
         return "holds only blanks"

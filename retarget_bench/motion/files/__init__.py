@@ -12,7 +12,7 @@ from pathlib import Path
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.files import LARGEST, check_ordinary
-from retarget_bench.motion.files.formats import BVH, FORMATS, UNREADABLE, Format
+from retarget_bench.motion.files.formats import BVH, FORMATS, NOT_READ, UNREADABLE, Format
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.recording import Recording
 
@@ -39,7 +39,7 @@ def suffixes(*, written: bool = False) -> tuple[str, ...]:
 def format_of(path: str | Path) -> Format:
     """The format of a file, by its first bytes; else, and where it is not there, by its ending.
 
-    Files that are not ordinary, or too large, are ``UNREADABLE``.
+    Files that are not ordinary, or too large, and those of formats that are not read, are ``UNREADABLE``.
     """
     path = split_take(path)[0]
     try:
@@ -52,7 +52,8 @@ def format_of(path: str | Path) -> Format:
     except OSError:
         head = b""
     suffix = path.suffix.lower()
-    by_name = next((form for form in FORMATS if suffix in form.suffixes), BVH)
+    default = UNREADABLE if suffix in NOT_READ else BVH
+    by_name = next((form for form in FORMATS if suffix in form.suffixes), default)
     if not head or by_name.recognises(head):
         return by_name
     return next((form for form in FORMATS if form.recognises(head)), by_name)

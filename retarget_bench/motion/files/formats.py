@@ -107,9 +107,26 @@ def of_array(path: Path, array: np.ndarray, reading: Reading, joints: Joints = (
     return joint_arrays.recorded(path, array, reading.rate, joints)
 
 
+_MARKERS = (
+    "of marker positions, not of a skeleton's motion: solve it in the program that recorded it, and {}"
+)
+_EXPORT = "export BVH, FBX or GLB"
+_PICKLED = "which may hold programs and is never loaded: save its arrays as .npz or .npy"
+NOT_READ = {
+    ".c3d": f"a C3D file {_MARKERS.format(_EXPORT)}",
+    ".trc": f"a TRC file {_MARKERS.format(_EXPORT)}",
+    ".vmd": f"a motion of MikuMikuDance: import it with its model into Blender, say, and {_EXPORT}",
+    **dict.fromkeys((".pkl", ".pickle"), f"a pickle of Python, {_PICKLED}"),
+    **dict.fromkeys((".pt", ".pth"), f"a file of PyTorch, {_PICKLED}"),
+}
+"""Endings of motion files that are not read -> what they are, and what to do."""
+
+
 def _refused(path: Path, reading: Reading | None = None) -> NoReturn:  # noqa: ARG001
     """Raise FileError that says why a path is not read."""
     check_ordinary(path, LARGEST)
+    if kind := NOT_READ.get(path.suffix.lower()):
+        raise FileError(path, f"is {kind}")
     raise FileError(path, "was changed while it was read: read it again")
 
 
@@ -140,4 +157,5 @@ JOINT_ARRAY = Format("joint array", (".npy",), lambda head: head.startswith(NPY)
 FORMATS = (BVH, GLTF, FBX, ACCLAIM, AMASS, JOINT_ARRAY)
 """All formats, the first for files that nothing recognises."""
 UNREADABLE = Format("no file", (), lambda head: False, _refused, _refused)  # noqa: ARG005
-"""Reasons why a path cannot be read: a folder, a device, a file that is too large."""
+"""Says why a path cannot be read: a folder, a device, a web page, a file that is too large, or of a format
+that is not read."""
