@@ -71,7 +71,7 @@ def check_ordinary(path: str | Path, most: float = math.inf) -> None:
 
 
 def stand_in(head: bytes) -> str:
-    """The kind of pointer to a file, or of page in its place, that begins with these bytes; "" for others."""
+    """The kind of pointer to a file, or page in its place, that begins with these bytes; "" for others."""
     head = head.removeprefix(b"\xef\xbb\xbf").lstrip().lower()
     return next((meaning for meaning, beginnings in _STAND_INS.items() if head.startswith(beginnings)), "")
 

@@ -120,7 +120,7 @@ class Counts:
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
-    """Cases without values, for one reason."""
+    """Cases without values, for one reason, or (``ok``) with values that are doubted."""
 
     status: str
     message: str
@@ -146,6 +146,7 @@ class ResultHeader:
     metrics:        metric -> ``version+code``.
     values:         value id -> declaration.
     problems, faults: cases without values, and those that lack the values of a metric alone.
+    doubts:         answered cases whose answers look as if they were written under another convention.
     date:           when the results were made, in a form that sorts.
     not_applicable: value id -> ``cases`` and ``reason``, where a method refused rewritten questions.
     files:          end of a file's name (``csv``, ``cases.csv``) -> its SHA-256 (``store.checksum``).
@@ -164,6 +165,7 @@ class ResultHeader:
     counts: Counts
     problems: tuple[Problem, ...]
     faults: tuple[MetricFault, ...] = ()
+    doubts: tuple[Problem, ...] = ()
     seeds: tuple[int, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
     revision: str = ""
@@ -189,9 +191,10 @@ class ResultHeader:
     def counted(self, ids: set[str]) -> ResultHeader:
         """The header with the counts, problems and faults of these cases only."""
         problems, faults = _of_cases(self.problems, ids), _of_cases(self.faults, ids)
+        doubts = _of_cases(self.doubts, ids)
         status = {case: each.status for each in problems for case in each.cases}
         counts = replace(Counts.of(status.values()), asked=len(ids), ok=len(ids) - len(status))
-        return replace(self, counts=counts, problems=problems, faults=faults)
+        return replace(self, counts=counts, problems=problems, faults=faults, doubts=doubts)
 
 
 L = TypeVar("L", Problem, MetricFault)

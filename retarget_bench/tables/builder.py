@@ -293,7 +293,7 @@ def _problems(sections: Sequence[SplitSummary]) -> list[Problem]:
     refusals: dict[tuple[str, str], dict[str, None]] = {}
     for section in sections:
         for score in section.scores:
-            for each in score.header.problems:
+            for each in (*score.header.problems, *score.header.doubts):
                 key = (section.split, score.label, each.status, each.message)
                 cases.setdefault(key, {}).update(dict.fromkeys(each.cases))
                 if each.status == "unsupported":

@@ -52,8 +52,9 @@ ENDED = {
     "invalid": "gave no valid answer to",
     "failed": "failed on",
     "missing": "lacks predictions of",
+    "ok": "gave odd answers to",
 }
-"""Status of cases without an answer, as a verb."""
+"""Status of cases without an answer, or with one that is doubted, as a verb."""
 NO_BREAK = "\u00a0"
 _COMMAND = re.compile(r"\bbench [a-z-]+(?: --?[a-z][a-z-]*(?: [a-z][\w,-]*)?)*")
 
@@ -135,7 +136,8 @@ def empty_kinds(tables: Sequence[Table]) -> list[str]:
 
 
 def problem_lines(table: Table) -> list[str]:
-    """A line for each method that has cases without an answer: how many of each split, and one reason."""
+    """A line for each method that has cases without an answer, or with odd ones: how many of each split,
+    and one reason."""
     grouped: dict[tuple[str, str], list[Problem]] = {}
     for each in table.problems:
         grouped.setdefault((each.label, each.status), []).append(each)
