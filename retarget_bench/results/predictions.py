@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -190,7 +191,7 @@ def _other_sides(character: Character) -> list[int]:
 
 
 _SIDES = "left and right exchanged"
-_CHANGES: Mapping[str, Callable[[Motion], Motion]] = {
+_CHANGES: Mapping[str, Callable[[Any], Motion | Positions]] = {
     "quaternions x, y, z, w, not w, x, y, z": _w_first,
     "Z up, not Y": _y_up,
     _SIDES: lambda answer: replace(answer, rotations=answer.rotations[:, _other_sides(answer.character)]),
@@ -199,7 +200,7 @@ _CHANGES: Mapping[str, Callable[[Motion], Motion]] = {
     ),
 }
 """Signs of another convention -> the answer as it would be written here."""
-_CHANGES_OF_POSITIONS: Mapping[str, Callable[[Positions], Positions]] = {
+_CHANGES_OF_POSITIONS: Mapping[str, Callable[[Any], Motion | Positions]] = {
     "Z up, not Y": lambda answer: replace(answer, positions=rotation.rotate(_Z_UP, answer.positions)),
     _SIDES: lambda answer: replace(answer, positions=answer.positions[:, _other_sides(answer.character)]),
     "X to the right, not to the left": lambda answer: replace(answer, positions=answer.positions * MIRROR),
