@@ -13,6 +13,7 @@ import secrets
 import shutil
 import stat
 import tomllib
+import unicodedata
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import count
@@ -283,6 +284,12 @@ def slug(name: str) -> str:
     if plain == name and len(name) <= _LONGEST:
         return name
     return f"{plain[: _LONGEST - 9]}-{digest(name)}"
+
+
+def composed(name: str) -> str:
+    """The name with composed letters (NFC), by which equal names compare as equal: archives of a Mac have
+    them decomposed."""
+    return unicodedata.normalize("NFC", name)
 
 
 def free_name(name: str, taken: Container[str]) -> str:

@@ -55,6 +55,7 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
             content=data.content,
             splits=dict(data.card.splits),
             notes=tuple(data.notes),
+            unreadable=optional.unreadable(data),
         ),
         metrics=unit.metrics.versions,
         values=_values((*unit.metrics.of_cases, *unit.metrics.of_pairs)),

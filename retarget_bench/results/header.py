@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Any, TypeVar
 
-from retarget_bench.api import SPLITS, Direction, Parameters, Value
+from retarget_bench.api import SPLITS, Direction, Parameters, Unreadable, Value
 from retarget_bench.errors import mistakes
 
 SCHEMA = 3
@@ -61,7 +61,8 @@ class MethodInfo:
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetInfo:
-    """A data set as results name it; ``content`` identifies the data. splits: see ``DatasetCard``."""
+    """A data set as results name it; ``content`` identifies the data. splits: see ``DatasetCard``.
+    unreadable: its files that cannot be read, which have no case."""
 
     name: str = ""
     parameters: Parameters = field(default_factory=dict)
@@ -70,6 +71,7 @@ class DatasetInfo:
     content: str
     splits: Mapping[str, str] = field(default_factory=lambda: SPLITS)
     notes: tuple[str, ...]
+    unreadable: Unreadable | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

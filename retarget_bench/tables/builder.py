@@ -149,7 +149,7 @@ def _table(
         provenance=provenance.provenance(sections),
         data=provenance.data_facts(sections),
         subjects=tuple(builder.column(key) for key in keys),
-        hints=tuple(without_sets(sections, sets)),
+        hints=(*_unreadable(sections), *without_sets(sections, sets)),
         splits={section.split: section.meaning for section in sections if section.meaning},
     )
 
@@ -285,6 +285,12 @@ def _notes(sections: Sequence[SplitSummary], newest: compatibility.Newest) -> li
             "brings them together."
         )
     return list(dict.fromkeys(notes))
+
+
+def _unreadable(sections: Sequence[SplitSummary]) -> list[str]:
+    """Sentences on files of the data sets that cannot be read: means are over what is left."""
+    facts = [row.header.dataset.unreadable for section in sections for row in section.rows]
+    return list(dict.fromkeys(each.sentence for each in facts if each is not None))
 
 
 def _problems(sections: Sequence[SplitSummary]) -> list[Problem]:

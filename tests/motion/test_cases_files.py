@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from retarget_bench.datasets.folder import Folder
 from retarget_bench.errors import FileError
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.importer import load
@@ -53,3 +54,15 @@ def test_dialects_of_smpl(real_data, name, fps):
     assert imported.findings.missing == ()
     doubts = [each for each in imported.findings.doubts if "average skeleton" not in each]
     assert [*doubts] == [each for each in doubts if fps == 30.0 and "states no mocap_framerate" in each]
+
+
+def test_names_of_two_forms_are_one_clip(real_data):
+    data = Folder(str(real_data / "cases/15_nfc_nfd"))
+    assert {info.clip for info in data.cases("retarget", "intra")} == {"café"}
+    assert all(data.load(info).reference is not None for info in data.cases("retarget", "intra"))
+
+
+def test_files_that_cannot_be_read(real_data):
+    data = Folder(str(real_data / "cases/20_unreadable_files_untold"))
+    assert data.unreadable.sentence.startswith("2 of 4 files cannot be read: ")
+    assert set(data.unreadable.problems) == {"A/cut.bvh", "A/empty.bvh"}

@@ -71,11 +71,12 @@ def legend(
     notes = notes or bool(table.reading)
     paragraphs = [table.finding, *reading([table], intervals, full=notes, signs=signs)]
     sentences = [problem.sentence for problem in table.problems] if notes else problem_lines(table)
+    full = table.notes if notes else ()
     return [
         *(("", each) for each in paragraphs if each),
         *(("  ", f"{name}: {meaning}") for name, meaning in (meanings(table) if notes else ())),
         *((f"[{number}] ", each) for number, each in enumerate(table.footnotes, 1)),
-        *(("- ", each) for each in (*(table.notes if notes else ()), *sentences, *table.hints)),
+        *(("- ", each) for each in dict.fromkeys([*full, *sentences, *table.hints])),
     ]
 
 
