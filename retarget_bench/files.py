@@ -1,5 +1,6 @@
 """Files: checks before reading, atomic writes, the user's cache folder, names that are safe everywhere."""
 
+import codecs
 import csv
 import errno
 import glob
@@ -78,8 +79,8 @@ def stand_in(head: bytes) -> str:
 
 
 def read_json(path: Path, most: int = _LARGEST_TEXT) -> Any:
-    """The content of a JSON file of at most so many bytes. Raises FileError where it is none, or is nested
-    too deeply to be walked."""
+    """The content of a JSON file of at most so many bytes, in UTF-8, or UTF-16 with a byte order mark.
+    Raises FileError where it is none, or is nested too deeply to be walked."""
     return _content(path, json.loads, "JSON", most)
 
 
@@ -92,7 +93,9 @@ def read_toml(path: Path, most: int = _LARGEST_TEXT) -> dict[str, Any]:
 def _content(path: Path, loads: Callable[[str], Any], name: str, most: int) -> Any:
     check_ordinary(path, most)
     try:
-        content = loads(path.read_text(encoding="utf-8"))
+        with path.open("rb") as file:
+            utf_16 = file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+        content = loads(path.read_text(encoding="utf-16" if utf_16 else "utf-8-sig"))
         if nesting(content) > _DEEPEST:
             raise RecursionError
     except OSError as error:

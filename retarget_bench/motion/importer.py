@@ -112,7 +112,7 @@ def understood(
     settled = inner.settled(_scaled(body, upright, size.unit[1]), places, reading.inner_positions)
     motion, places = settled.motion, settled.places
     findings = _findings(path, stated, recording, axis, size, settled, reading.rate is not None)
-    sides = role_checks.doubt(motion, reading.overrides, mirrored=reading.mirror)
+    sides = role_checks.doubt(motion, _changed(recording.skeleton, reading), mirrored=reading.mirror)
     more = (*filter(None, [sides]), *plausibility.doubts(motion))
     findings = replace(findings, mirrored=reading.mirror, doubts=(*findings.doubts, *more))
     if fps is not None:
@@ -120,6 +120,15 @@ def understood(
             places = Positions(motion.character, places, motion.fps).resample(fps).positions
         motion = motion.resample(fps)
     return Imported(motion, findings, reading, places)
+
+
+def _changed(skeleton: Skeleton, reading: Reading) -> dict[str, str | None]:
+    """Joint name -> role, of those that the user set otherwise than they are inferred: a table that was
+    proposed is not doubted when it comes back."""
+    if not reading.overrides:
+        return {}
+    inferred = dict(zip(skeleton.names, find_roles(skeleton), strict=True))
+    return {name: role for name, role in reading.overrides.items() if inferred[name] != role}
 
 
 def _findings(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from retarget_bench.commands.run import read_suite
 from retarget_bench.datasets.folder import Folder
 from retarget_bench.errors import FileError
 from retarget_bench.motion.files.reading import Reading
@@ -66,3 +67,10 @@ def test_files_that_cannot_be_read(real_data):
     data = Folder(str(real_data / "cases/20_unreadable_files_untold"))
     assert data.unreadable.sentence.startswith("2 of 4 files cannot be read: ")
     assert set(data.unreadable.problems) == {"A/cut.bvh", "A/empty.bvh"}
+
+
+def test_marks_of_byte_order(real_data):
+    folder = real_data / "cases/16_toml_with_bom"
+    for name in ("roles16", "roles_bom"):
+        assert Reading(roles=folder / f"{name}.toml").overrides == {"Hips": "hips"}
+    assert read_suite(folder / "s.toml") == {"methods": ["ik"]}

@@ -59,7 +59,7 @@ def test_the_saved_reading_mirrors(pair, tmp_path):
     assert load(pair[1], Reading(reading=saved)).findings.doubts == ()
     saved.write_text(doctor.reading_text(load(pair[1])))
     (doubt,) = load(pair[1], Reading(reading=saved)).findings.doubts
-    assert "(or is it left-handed? Then say mirror=true)" in doubt
+    assert "is the file left-handed? Then say mirror=true" in doubt
 
 
 def test_a_left_handed_target_keeps_its_dress(pair, tmp_path):
