@@ -74,3 +74,11 @@ def test_marks_of_byte_order(real_data):
     for name in ("roles16", "roles_bom"):
         assert Reading(roles=folder / f"{name}.toml").overrides == {"Hips": "hips"}
     assert read_suite(folder / "s.toml") == {"methods": ["ik"]}
+
+
+@pytest.mark.parametrize("name", ["01_noskin", "02_noskin_arms_only"])
+def test_bodies_without_skin(real_data, name):
+    imported = load(real_data / f"cases/05_noskin_glb_part_animated/{name}.glb")
+    assert len(imported.motion.skeleton) == 21
+    assert imported.findings.missing == ()
+    assert imported.findings.warnings == ()
