@@ -43,7 +43,10 @@ _STAND_INS = {
         b"version http://git-media",
     ),
     "a git-annex pointer: run `git annex get` where it came from": (b"/annex/objects",),
-    "a web page: the download gave a page, as of an error, instead of the file": (b"<!doctype", b"<html"),
+    "a web page: the download gave a page, as of an error, instead of the file": (
+        *(b"<!doctype", b"<html", b"<head", b"<!--"),
+        *(b"404: not found", b"entry not found"),
+    ),
 }
 """Kinds of files that lie in the place of others -> what they begin with, in small letters."""
 _FORMULA = ("=", "+", "-", "@")

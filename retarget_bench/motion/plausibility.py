@@ -13,8 +13,9 @@ import numpy as np
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Motion
 
-_RADIANS = (0.05, 360.0 / np.degrees(1.0))
-"""Degrees by which the joint turns most that turns most, where these are radians: at most a whole turn."""
+_RADIANS = (0.05, 12.0)
+"""Degrees by which the joint turns that turns most, where these are radians: at most a whole turn about
+each axis, which is 11."""
 _MOVED = 0.25
 """Share of the height from which a body moves through the world, or steps."""
 _ANOTHER_UNIT = 4.0

@@ -136,6 +136,7 @@ COMMAS = GOOD.replace(b"OFFSET 0 10 0", b"OFFSET 0 10,5 0").replace(b"0.033333",
         GOOD + b"\n  \n\x1a",
         GOOD.replace(b"\n", b"\r\n") + b"\x1a\x1a",
         GOOD.replace(b".", b","),
+        GOOD.replace(b"0 10 0", b"0, 10, 0").replace(b"1.5 2 3", b"1.5, 2, 3,"),
         GOOD.replace(b".", b",").replace(b"JOINT Spine", b"JOINT Spi.ne,1").replace(b"\n", b"\r\n"),
     ],
 )

@@ -11,6 +11,7 @@ import numpy as np
 
 from retarget_bench.errors import FileError
 from retarget_bench.files import stand_in
+from retarget_bench.motion import file_kinds
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS, Header, Hierarchy
 from retarget_bench.motion.skeleton import EndSite
 
@@ -41,27 +42,6 @@ _SHOWN = 60
 Offset = tuple[float, float, float]
 
 _BOM, _UTF16 = b"\xef\xbb\xbf", (b"\xff\xfe", b"\xfe\xff")
-_FOREIGN: dict[str, tuple[bytes, ...]] = {
-    "a binary FBX file: export it as BVH from the program that made it": (b"Kaydara FBX Binary",),
-    "an ASCII FBX file: export it as BVH from the program that made it": (b"; FBX",),
-    "a binary glTF file: export it as BVH": (b"glTF",),
-    "a zip archive: unpack it first": (b"PK\x03\x04",),
-    "gzip-compressed: unpack it first": (b"\x1f\x8b",),
-    "bzip2-compressed: unpack it first": (b"BZh",),
-    "xz-compressed: unpack it first": (b"\xfd7zXZ",),
-    "a 7z archive: unpack it first": (b"7z\xbc\xaf",),
-    "a rar archive: unpack it first": (b"Rar!",),
-    "a Blender scene: export it as BVH": (b"BLENDER",),
-    "a Maya scene: export it as BVH": (b"//Maya ASCII", b"FOR4"),
-    "a USD scene: export it as BVH": (b"#usda", b"PXR-USDC"),
-    "a NumPy array": (b"\x93NUMPY",),
-    "an HDF5 file": (b"\x89HDF",),
-    "an XML file": (b"<?xml",),
-    "an Acclaim skeleton (ASF)": (b"# AST/ASF", b":version"),
-    "an Acclaim motion (AMC)": (b"#!OML:ASF", b":FULLY-SPECIFIED"),
-    "a JSON file": (b"{",),
-}
-"""Kinds of other files -> what they begin with."""
 
 
 def plain(data: bytes) -> bytes:
@@ -74,10 +54,12 @@ def plain(data: bytes) -> bytes:
 
 
 def _with_points(data: bytes) -> bytes:
-    """With decimal points, where all fractions have decimal commas; unchanged where commas and points are
-    mixed, or commas might group thousands."""
+    """With decimal points, where all fractions have decimal commas, and without commas that stand before
+    blanks; unchanged where commas and points are mixed otherwise, or commas might group thousands."""
     numbers = b" ".join(match[1] for match in _NUMBERS.finditer(data))
     commas = [word for word in numbers.split() if b"," in word]
+    if all(word.find(b",") == len(word) - 1 for word in commas):
+        return _NUMBERS.sub(lambda match: match[0].replace(b",", b" "), data)
     clear = all(map(_DECIMAL_COMMA.fullmatch, commas)) and not all(map(_THOUSANDS.fullmatch, commas))
     if b"." in numbers or not clear:
         return data
@@ -97,9 +79,8 @@ def complaint(start: bytes) -> str | None:
         return "holds only blanks"
     if text[:9].upper() == b"HIERARCHY":
         return None
-    for meaning, signatures in _FOREIGN.items():
-        if text.lower().startswith(tuple(each.lower() for each in signatures)):
-            return f"is not BVH but {meaning}"
+    if kind := file_kinds.kind_of(text):
+        return f"is not BVH but {kind}"
     if b"\0" in start:
         return "is not BVH but binary data of an unknown kind"
     text = REMARK.sub(b"", text).lstrip()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -12,7 +13,7 @@ import numpy as np
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.files import LARGEST, check_ordinary
-from retarget_bench.motion import bvh
+from retarget_bench.motion import bvh, file_kinds
 from retarget_bench.motion.files.acclaim import reading as acclaim
 from retarget_bench.motion.files.fbx import content as fbx_content
 from retarget_bench.motion.files.fbx import reading as fbx
@@ -24,6 +25,7 @@ from retarget_bench.motion.files.smpl.arrays import NPY, begins_as_archive, read
 from retarget_bench.motion.files.smpl.joint_arrays import Joints
 from retarget_bench.motion.recording import Recording
 
+_SNIFFED = 4096
 _BVH = re.compile(rb"(?<!:)HIERARCHY", re.IGNORECASE)
 
 
@@ -125,8 +127,9 @@ NOT_READ = {
 def _refused(path: Path, reading: Reading | None = None) -> NoReturn:  # noqa: ARG001
     """Raise FileError that says why a path is not read."""
     check_ordinary(path, LARGEST)
-    if kind := NOT_READ.get(path.suffix.lower()):
-        raise FileError(path, f"is {kind}")
+    with suppress(OSError), path.open("rb") as file:
+        if kind := NOT_READ.get(path.suffix.lower()) or file_kinds.kind_of(file.read(_SNIFFED)):
+            raise FileError(path, f"is {kind}")
     raise FileError(path, "was changed while it was read: read it again")
 
 
