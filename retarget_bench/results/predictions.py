@@ -108,9 +108,9 @@ def _from_bvh(path: Path, target: Character) -> Prediction:
 # ------------------------------------------------------------------------------- other conventions
 _SAMPLE = 40
 """Frames by which conventions are told."""
-_FAR, _NEARER = 0.08, 0.5
-"""Shares of the height: how far from its source's pose an answer is that is doubted, and how much nearer
-another convention has to bring it."""
+_FAR, _NEAR, _NEARER = 0.04, 0.1, 0.5
+"""Shares of the height: how far from its source's pose an answer is that is doubted, how near another
+convention has to bring it, and to which share of the distance."""
 _LARGE = 20.0
 """How many times as far from the origin as its source an answer is that is in a smaller unit."""
 _SMALLER = {100.0: "centimetres", 1000.0: "millimetres", 1.0 / 0.0254: "inches"}
@@ -137,13 +137,13 @@ def doubt(prediction: Prediction, case: Case) -> str:
             answer = replace(answer, positions=answer.positions / factor)
     off = _distance(answer, expected)
     if off > _FAR:
-        signs += _convention(answer, expected, _NEARER * off)
+        signs += _convention(answer, expected, min(_NEAR, _NEARER * off))
     return f"the answers look as if they had {', '.join(signs)}" if signs else ""
 
 
 def _extent(prediction: Motion | Positions) -> float:
-    """How far joints are from the origin."""
-    return float(np.median(np.linalg.norm(prediction.positions, axis=-1)))
+    """How far the hips are from the origin."""
+    return float(np.median(np.linalg.norm(transfer.hips(prediction), axis=-1)))
 
 
 def _distance(answer: Motion | Positions, expected: Motion) -> float:
