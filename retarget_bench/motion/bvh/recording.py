@@ -30,8 +30,8 @@ def record(
     root: str,
     scale: float,
     fold: bool,
-    inner: bool,
-    rate: float | None,
+    inner: bool = False,
+    rate: float | None = None,
 ) -> Recording:
     """The recording that a document states; see ``bvh.read``."""
     if root not in ROOT_READINGS:
