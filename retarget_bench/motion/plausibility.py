@@ -18,9 +18,9 @@ _RADIANS = (0.05, 12.0)
 each axis, which is 11."""
 _MOVED = 0.25
 """Share of the height from which a body moves through the world, or steps."""
-_ANOTHER_UNIT = 4.0
+_ANOTHER_UNIT = 6.0
 """How many times as long as the steps a path may be, or these as it."""
-_FACTORS = (10.0, 100.0, 1000.0, 1.0 / 0.0254, 1.0 / 0.3048)
+_FACTORS = (10.0, 100.0, 1000.0, 1.0 / 0.0254)
 """Ratios of units that are in use."""
 
 
