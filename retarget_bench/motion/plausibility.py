@@ -18,8 +18,8 @@ _RADIANS = (0.05, 12.0)
 each axis, which is 11."""
 _MOVED = 0.25
 """Share of the height from which a body moves through the world, or steps."""
-_ANOTHER_UNIT = 6.0
-"""How many times as long as the steps a path may be, or these as it."""
+_SHORT, _LONG = 6.0, 4.0
+"""How many times as long as the path steps may be, and as steps a path."""
 _FACTORS = (10.0, 100.0, 1000.0, 1.0 / 0.0254)
 """Ratios of units that are in use."""
 
@@ -62,7 +62,7 @@ def _between_units(motion: Motion) -> float:
     if level[0] < _MOVED * motion.character.height or min(*level, *upright) <= 0.0:
         return 0.0
     ratios = np.array([level[0] / level[1], upright[0] / upright[1]])
-    if not (ratios.min() > _ANOTHER_UNIT or ratios.max() < 1.0 / _ANOTHER_UNIT):
+    if not (ratios.min() > _SHORT or ratios.max() < 1.0 / _LONG):
         return 0.0
     ratio = float(np.sqrt(ratios.prod()))
     factors = np.array([*_FACTORS, *(1.0 / each for each in _FACTORS)])
