@@ -264,7 +264,7 @@ class Folder:
     # ------------------------------------------------------------------------------- what there is
     @cached_property
     def _files(self) -> Files:
-        return find(self._root, self._target)
+        return find(self._root, self._target, self._rate or None)
 
     @cached_property
     def _infos(self) -> tuple[CaseInfo, ...]:

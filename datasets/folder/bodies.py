@@ -15,6 +15,7 @@ from retarget_bench.motion.bvh.catalogue import (
     catalogue,
     contents,
     existing,
+    inspect,
     some,
     subfolders,
 )
@@ -51,9 +52,10 @@ class Files:
     joined: Mapping[str, tuple[str, ...]]
 
 
-def find(root: str, target: str) -> Files:
+def find(root: str, target: str, rate: float | None = None) -> Files:
     """Look at ``root`` and, where it is not "", at ``target``: files, or folders of files.
 
+    rate: frames per second that all truly have, which some may not state.
     Raises BenchError where there is nothing to work with, saying what is there instead.
     """
     if not root:
@@ -62,6 +64,8 @@ def find(root: str, target: str) -> Files:
     aim = _target(existing(Path(target).expanduser())) if target else {}
     within = [path for clips in inside.values() for path in clips.values()]
     entries = catalogue(Path(root), dict.fromkeys([*loose.values(), *within, *aim.values()]))
+    if rate is not None:
+        entries = {path: inspect(path, rate) if each.problem else each for path, each in entries.items()}
     folders = {name: _readable(clips, entries) for name, clips in inside.items()}
     sources, joined = _join({name: clips for name, clips in folders.items() if clips}, entries)
     _group(_readable(loose, entries), entries, sources)

@@ -237,6 +237,17 @@ def test_folders_of_one_actors_styles_are_one_body(mini, rigs):
     assert "angry is one body in 2 folders: angry, happy" in data.notes
 
 
+def test_files_without_a_rate_are_read_at_the_one_that_is_said(loose):
+    path = loose / "walk.bvh"
+    head, numbers = path.read_text().split("Frame Time: ")
+    path.write_text(f"{head}Frame Time: 0\n{numbers.partition(chr(10))[2]}")
+    assert "walk.bvh ('Frame Time:' says 0" in Folder(str(loose)).unreadable.sentence
+    data = Folder(str(loose), rate=30.0)
+    assert data.unreadable is None
+    (info,) = (each for each in data.cases("retarget", "self") if each.clip == "walk")
+    assert data.load(info).source.fps == 30.0
+
+
 def test_the_title_of_the_present_folder_is_its_name(loose, monkeypatch):
     monkeypatch.chdir(loose)
     assert Folder(".").label == Folder(str(loose)).label == f"folder {loose.name}"

@@ -14,6 +14,7 @@ from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh.document import Hierarchy
 from retarget_bench.motion.files import format_of, read, split_take, suffixes, takes
 from retarget_bench.motion.files.formats import BVH, FORMATS
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.recording import Recording, reach
 
 _DIGITS = 4
@@ -78,13 +79,14 @@ def _bones(recording: Recording) -> np.ndarray:
     return skeleton.bone_lengths[:, None] * np.array([1.0, 0.0, 0.0])
 
 
-def facts(path: Path) -> tuple[str, str, int, float]:
+def facts(path: Path, rate: float | None = None) -> tuple[str, str, int, float]:
     """Of a file that is no BVH: hashes of its bytes and motion, and of its skeleton; frames; their rate.
 
+    rate: that of a file that states none, or one that is none.
     Raises FileError, or NotSupported where the take in the path is not there.
     """
     own, take = split_take(path)
-    recording = read(path)
+    recording = read(path, Reading(rate=rate))
     content = hashlib.sha256(own.read_bytes() + repr(take).encode())
     values = recording.rotations if recording.positions is None else recording.positions
     for array in (values, recording.root, recording.skeleton.offsets):
