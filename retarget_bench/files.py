@@ -1,5 +1,6 @@
 """Files: checks before reading, atomic writes, the user's cache folder, names that are safe everywhere."""
 
+import codecs
 import csv
 import errno
 import glob
@@ -13,6 +14,7 @@ import secrets
 import shutil
 import stat
 import tomllib
+import unicodedata
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import count
@@ -35,13 +37,26 @@ LARGEST = 4 << 30
 """Bytes of a motion file: as text some hours of a body at 120 frames per second."""
 _LARGEST_TEXT, _DEEPEST = 1 << 28, 30
 """Bytes of a file of JSON or TOML, and how deep lists and objects of one may be nested."""
+_STAND_INS = {
+    "a Git LFS pointer: run `git lfs pull` where it came from": (
+        b"version https://git-lfs",
+        b"version http://git-media",
+    ),
+    "a git-annex pointer: run `git annex get` where it came from": (b"/annex/objects",),
+    "a web page: the download gave a page, as of an error, instead of the file": (
+        *(b"<!doctype", b"<html", b"<head", b"<!--"),
+        *(b"404: not found", b"entry not found"),
+    ),
+}
+"""Kinds of files that lie in the place of others -> what they begin with, in small letters."""
 _FORMULA = ("=", "+", "-", "@")
 """Signs that spreadsheets take for the beginning of a formula."""
 
 
 def check_ordinary(path: str | Path, most: float = math.inf) -> None:
-    """Raises FileError for anything but an ordinary file, which reading could wait for or never end, and
-    for one of more than ``most`` bytes. A missing file passes: opening it fails."""
+    """Raises FileError for anything but an ordinary file, which reading could wait for or never end, for
+    one of more than ``most`` bytes, and for what stands in for a file (``stand_in``). A missing file
+    passes: opening it fails."""
     try:
         status = Path(path).stat()
     except (OSError, ValueError):
@@ -55,11 +70,20 @@ def check_ordinary(path: str | Path, most: float = math.inf) -> None:
     if status.st_size > most:
         sizes = f"{status.st_size / 1e9:,.4g} GB; files of up to {most / 1e9:.2g} GB are read"
         raise FileError(path, f"has {sizes}: cut it into parts, or see whether it is damaged")
+    with suppress(OSError), Path(path).open("rb") as file:
+        if meaning := stand_in(file.read(_LONGEST)):
+            raise FileError(path, f"is {meaning}")
+
+
+def stand_in(head: bytes) -> str:
+    """The kind of pointer to a file, or page in its place, that begins with these bytes; "" for others."""
+    head = head.removeprefix(b"\xef\xbb\xbf").lstrip().lower()
+    return next((meaning for meaning, beginnings in _STAND_INS.items() if head.startswith(beginnings)), "")
 
 
 def read_json(path: Path, most: int = _LARGEST_TEXT) -> Any:
-    """The content of a JSON file of at most so many bytes. Raises FileError where it is none, or is nested
-    too deeply to be walked."""
+    """The content of a JSON file of at most so many bytes, in UTF-8, or UTF-16 with a byte order mark.
+    Raises FileError where it is none, or is nested too deeply to be walked."""
     return _content(path, json.loads, "JSON", most)
 
 
@@ -72,7 +96,9 @@ def read_toml(path: Path, most: int = _LARGEST_TEXT) -> dict[str, Any]:
 def _content(path: Path, loads: Callable[[str], Any], name: str, most: int) -> Any:
     check_ordinary(path, most)
     try:
-        content = loads(path.read_text(encoding="utf-8"))
+        with path.open("rb") as file:
+            utf_16 = file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+        content = loads(path.read_text(encoding="utf-16" if utf_16 else "utf-8-sig"))
         if nesting(content) > _DEEPEST:
             raise RecursionError
     except OSError as error:
@@ -264,6 +290,12 @@ def slug(name: str) -> str:
     if plain == name and len(name) <= _LONGEST:
         return name
     return f"{plain[: _LONGEST - 9]}-{digest(name)}"
+
+
+def composed(name: str) -> str:
+    """The name with composed letters (NFC), by which equal names compare as equal: archives of a Mac have
+    them decomposed."""
+    return unicodedata.normalize("NFC", name)
 
 
 def free_name(name: str, taken: Container[str]) -> str:

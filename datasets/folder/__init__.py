@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api import Case, CaseInfo, DatasetCard, Unreadable
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.files import digest
 from retarget_bench.motion import importer, kinematics
@@ -131,11 +131,15 @@ class Folder:
         aim = f" to {self._files.targets[0]}" if self._target else ""
         protocol = "" if self._protocol == "all" else f", {self._protocol}"
         part = ", validation" if self._part == "validation" else ""
-        return f"folder {Path(self._root).name}{aim}{protocol}{part}"
+        root = Path(self._root).expanduser()
+        root = root if root.name.strip(".") else root.resolve()
+        return f"folder {root.name}{aim}{protocol}{part}"
 
     @cached_property
     def notes(self) -> Sequence[str]:
         notes = list(self._unread)
+        for body, folders in self._files.joined.items():
+            notes.append(f"{body} is one body in {len(folders)} folders: {some(folders, 5)}")
         if self._protocol == "train":
             notes.insert(0, "every clip is trained on (protocol=train), and none is a case")
         elif not self._any(self._part):
@@ -151,16 +155,23 @@ class Folder:
         return tuple(notes)
 
     @cached_property
+    def unreadable(self) -> Unreadable | None:
+        """The files that cannot be read, by their place below the root."""
+        root = Path(self._root).expanduser()
+        entries = self._files.entries
+        problems = {
+            (path.relative_to(root).as_posix() if path.is_relative_to(root) else str(path)): entry.problem
+            for path, entry in entries.items()
+            if entry.problem
+        }
+        return Unreadable(len(entries), problems) if problems else None
+
+    @cached_property
     def _unread(self) -> Sequence[str]:
         """Notes on files and bodies that no case uses."""
         notes = []
-        broken = {path: entry.problem for path, entry in self._files.entries.items() if entry.problem}
-        if broken:
-            unreadable = [f"{path.name} ({problem})" for path, problem in broken.items()]
-            notes.append(
-                f"{len(unreadable)} of {len(self._files.entries)} files cannot be read: "
-                f"{some(unreadable, 5)}"
-            )
+        if self.unreadable is not None:
+            notes.append(self.unreadable.sentence)
         if problems := self._models[1]:
             unusable = [f"{body} ({problem})" for body, problem in problems.items()]
             notes.append(
@@ -253,7 +264,7 @@ class Folder:
     # ------------------------------------------------------------------------------- what there is
     @cached_property
     def _files(self) -> Files:
-        return find(self._root, self._target)
+        return find(self._root, self._target, self._rate or None)
 
     @cached_property
     def _infos(self) -> tuple[CaseInfo, ...]:

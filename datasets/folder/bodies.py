@@ -1,22 +1,27 @@
 """Bodies and clips found in the user's folders."""
 
+from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.files import free_name
+from retarget_bench.files import composed, free_name
 from retarget_bench.motion.bvh.catalogue import (
     CatalogueEntry,
     catalogue,
     contents,
     existing,
+    inspect,
     some,
     subfolders,
 )
 from retarget_bench.motion.bvh.document import Hierarchy
+from retarget_bench.motion.files import format_of
+from retarget_bench.motion.files.formats import AMASS
 from retarget_bench.motion.files.listing import hierarchy_of, motion_files, motions_of
 
 LAYOUTS = (
@@ -37,17 +42,20 @@ class Files:
     targets: the bodies to retarget to: all of these, or the one that ``target`` names.
     bodies:  the sources, and the target where it lies elsewhere.
     entries: every file looked at.
+    joined:  body -> the folders with its clips, of bodies with several.
     """
 
     sources: Bodies
     targets: tuple[str, ...]
     bodies: Bodies
     entries: Mapping[Path, CatalogueEntry]
+    joined: Mapping[str, tuple[str, ...]]
 
 
-def find(root: str, target: str) -> Files:
+def find(root: str, target: str, rate: float | None = None) -> Files:
     """Look at ``root`` and, where it is not "", at ``target``: files, or folders of files.
 
+    rate: frames per second that all truly have, which some may not state.
     Raises BenchError where there is nothing to work with, saying what is there instead.
     """
     if not root:
@@ -56,23 +64,26 @@ def find(root: str, target: str) -> Files:
     aim = _target(existing(Path(target).expanduser())) if target else {}
     within = [path for clips in inside.values() for path in clips.values()]
     entries = catalogue(Path(root), dict.fromkeys([*loose.values(), *within, *aim.values()]))
-    sources = {name: _readable(clips, entries) for name, clips in inside.items()}
+    if rate is not None:
+        entries = {path: inspect(path, rate) if each.problem else each for path, each in entries.items()}
+    folders = {name: _readable(clips, entries) for name, clips in inside.items()}
+    sources, joined = _join({name: clips for name, clips in folders.items() if clips}, entries)
     _group(_readable(loose, entries), entries, sources)
     sources = {name: clips for name, clips in sorted(sources.items()) if clips}
     if not sources:
         problems = [f"{path.name} ({entry.problem})" for path, entry in entries.items()]
         raise BenchError(f"none of the files of {root} can be read: {some(problems, 5)}")
     if not target:
-        return Files(sources, tuple(sources), sources, entries)
+        return Files(sources, tuple(sources), sources, entries, joined)
     clips = _readable(aim, entries)
     if not clips:
         raise FileError(target, "; ".join(entries[path].problem for path in aim.values()))
     files = {path.resolve() for path in clips.values()}
     for name, own in sources.items():
         if files <= {path.resolve() for path in own.values()}:
-            return Files(sources, (name,), sources, entries)
+            return Files(sources, (name,), sources, entries, joined)
     name = free_name(Path(target).stem, sources)
-    return Files(sources, (name,), {**sources, name: clips}, entries)
+    return Files(sources, (name,), {**sources, name: clips}, entries, joined)
 
 
 def _sources(root: Path) -> tuple[dict[str, Path], Bodies]:
@@ -80,7 +91,7 @@ def _sources(root: Path) -> tuple[dict[str, Path], Bodies]:
     if root.is_file():
         return motions_of(root), {}
     loose = motion_files(root)
-    inside = {each.name: files for each in subfolders(root) if (files := motion_files(each))}
+    inside = {composed(each.name): files for each in subfolders(root) if (files := motion_files(each))}
     if not loose and not inside:
         raise BenchError(f"{root} holds no motion files ({LAYOUTS}); it holds {contents(root)}")
     return loose, inside
@@ -95,6 +106,48 @@ def _target(target: Path) -> dict[str, Path]:
 
 def _readable(files: Mapping[str, Path], entries: Mapping[Path, CatalogueEntry]) -> dict[str, Path]:
     return {clip: path for clip, path in files.items() if not entries[path].problem}
+
+
+def _join(
+    folders: Bodies, entries: Mapping[Path, CatalogueEntry]
+) -> tuple[Bodies, dict[str, tuple[str, ...]]]:
+    """Folders of one body's clips, as of one actor's styles, put together, and which these are; a body is
+    named after its first folder.
+
+    Folders with clips of the same name and length hold pairs, of two bodies that happen to be alike, and
+    those of AMASS files are of a person each, whose bones a body model decides.
+    """
+    groups: dict[str, list[str]] = {}
+    bones: dict[str, Hierarchy] = {}
+    for name, clips in sorted(folders.items()):
+        groups[name] = [name]
+        first = next(iter(clips.values()))
+        if format_of(first) is AMASS:
+            continue
+        with suppress(BenchError):  # whoever reads it says why it cannot be read
+            bones[name] = hierarchy_of(first)
+        for body in [each for each in groups if each != name and {each, name} <= bones.keys()]:
+            pairs = any(_pairs(clips, folders[other], entries) for other in groups[body])
+            if not pairs and _same_bones(bones[body], bones[name]):
+                groups[body] += groups.pop(name)
+                break
+    bodies: Bodies = {}
+    for body, names in groups.items():
+        count = Counter(clip for name in names for clip in folders[name])
+        bodies[body] = {
+            clip if count[clip] == 1 else f"{name}-{clip}": path
+            for name in names
+            for clip, path in folders[name].items()
+        }
+    return bodies, {body: tuple(names) for body, names in groups.items() if len(names) > 1}
+
+
+def _pairs(
+    clips: Mapping[str, Path], others: Mapping[str, Path], entries: Mapping[Path, CatalogueEntry]
+) -> bool:
+    """Whether any clip has one of its name and length among the others."""
+    same = clips.keys() & others.keys()
+    return any(entries[clips[clip]].frames == entries[others[clip]].frames for clip in same)
 
 
 def _group(loose: Mapping[str, Path], entries: Mapping[Path, CatalogueEntry], bodies: Bodies) -> None:

@@ -48,6 +48,27 @@ class DatasetCard:
     locations: tuple[str, ...] = ("root",)
 
 
+@dataclass(frozen=True)
+class Unreadable:
+    """The files of a data set that cannot be read.
+
+    files:    how many were looked at.
+    problems: name of a file -> what is wrong with it.
+    """
+
+    files: int
+    problems: Mapping[str, str]
+
+    @property
+    def sentence(self) -> str:
+        listed = [f"{name} ({problem})" for name, problem in self.problems.items()]
+        more = f" and {len(listed) - _LISTED} more" if len(listed) > _LISTED else ""
+        return f"{len(listed)} of {self.files} files cannot be read: {', '.join(listed[:_LISTED])}{more}"
+
+
+_LISTED = 5
+
+
 class Dataset(Protocol):
     """A source of cases. Building one must be quick: files are read when cases are asked for.
 

@@ -13,7 +13,7 @@ from typing import Any, Protocol, TypeGuard, TypeVar, cast
 import numpy as np
 
 from retarget_bench.api.cases import CaseInfo, TrainingPair
-from retarget_bench.api.datasets import Cast, Dataset, Manifest
+from retarget_bench.api.datasets import Cast, Dataset, Manifest, Unreadable
 from retarget_bench.api.methods import BatchMethod, Context, Method, MethodCard
 from retarget_bench.api.metrics import Metric, MetricCard, PairMetric, SetMetric
 from retarget_bench.motion.character import Character
@@ -71,6 +71,11 @@ def data_manifest(data: object) -> Manifest:
 def training_notes(data: object) -> tuple[str, ...]:
     """Sentences about the training part: what was left out and why, or why there is none."""
     return tuple(getattr(data, "training_notes", ()))
+
+
+def unreadable(data: object) -> Unreadable | None:
+    """The files of a data set that cannot be read; None where all can."""
+    return cast(Unreadable | None, getattr(data, "unreadable", None))
 
 
 def training_pairs(data: object) -> TrainingPairs | None:

@@ -101,7 +101,7 @@ def reading_text(imported: Imported) -> str:
     reason."""
     stated = imported.settled.stated
     lines = [
-        f"{name} = {value if isinstance(value, int | float) else _quoted(str(value))}"
+        f"{name} = {json.dumps(value) if isinstance(value, int | float) else _quoted(str(value))}"
         for name, value in stated.items()
         if name != "roles"
     ]

@@ -55,11 +55,13 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
             content=data.content,
             splits=dict(data.card.splits),
             notes=tuple(data.notes),
+            unreadable=optional.unreadable(data),
         ),
         metrics=unit.metrics.versions,
         values=_values((*unit.metrics.of_cases, *unit.metrics.of_pairs)),
         counts=Counts.of(entry.status for entry in entries),
-        problems=_problems(entries),
+        problems=_problems(entry for entry in entries if entry.status != "ok"),
+        doubts=_problems(entry for entry in entries if entry.status == "ok" and entry.message),
         faults=_faults(entries),
         seeds=(plan.seed,),
         versions=versions(),
@@ -113,9 +115,9 @@ def _values(metrics: Sequence[optional.AnyMetric]) -> dict[str, DeclaredValue]:
     }
 
 
-def _problems(entries: Sequence[CaseResult]) -> tuple[Problem, ...]:
-    """Cases without values, those with the same status and message together."""
-    pairs = [((each.status, each.message), each.case) for each in entries if each.status != "ok"]
+def _problems(entries: Iterable[CaseResult]) -> tuple[Problem, ...]:
+    """Cases with their status and message, those with the same ones together."""
+    pairs = [((each.status, each.message), each.case) for each in entries]
     return tuple(
         Problem(status=status, message=message, cases=cases) for (status, message), cases in _grouped(pairs)
     )

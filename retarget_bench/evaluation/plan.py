@@ -36,7 +36,7 @@ class Plan(Settings):
     """A request. Plain data throughout: it travels to worker processes.
 
     splits:   of the data sets; none: all that they have.
-    clips:    patterns of the clips that are asked for, see ``clips.py``; none: all.
+    clips:    texts with patterns of the clips that are asked for, see ``clips.py``; none: all.
     stage:    predict only, score only, or both.
     external: a folder of predictions made elsewhere, to be scored under the name ``methods[0]``.
     """

@@ -177,7 +177,7 @@ def _with_cases(plan: Plan, units: list[EvaluationUnit]) -> list[EvaluationUnit]
         splits = ", ".join(dict.fromkeys(unit.split for unit in units))
         raise BenchError(f"there is no case in {splits}. {notes}")
     there = dict.fromkeys(info.clip for unit in filled for info in unit.infos) if plan.clips else {}
-    for pattern in plan.clips:
+    for pattern in clips.patterns(plan.clips, there):
         if not any(clips.fits(clip, pattern) for clip in there):
             raise BenchError(f"no clip fits {pattern!r}; there are {some(list(there), 5)}")
     return [unit for unit in filled if unit.requested]

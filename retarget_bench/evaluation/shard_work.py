@@ -9,6 +9,7 @@ import os
 import platform
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
@@ -181,7 +182,7 @@ class ShardWork:
                 waiting.write(waiting.file(self.stored.units[unit].paths, name), kept)
             except FileError as error:
                 raise CannotStore(str(error)) from error
-        return CaseResult(name, "ok", values=scores.values, faults=scores.faults)
+        return CaseResult(name, "ok", outcome.message, scores.values, scores.faults)
 
     def _kept_for_later(
         self, unit: int, case: Case, prediction: Prediction, faults: Faults
@@ -310,12 +311,17 @@ def _stored(paths: ResultPaths, key: str, case: Case) -> Outcome | None:
 
 
 def elsewhere(folder: Path, case: Case) -> Outcome:
-    """A prediction made by somebody else, found by the case's file name."""
+    """A prediction made by somebody else, found by the case's file name; its message is a doubt of it."""
     stem = store.case_file(case.info.id)
     files = [path for suffix in (".npz", ".bvh") if (path := folder / (stem + suffix)).exists()]
     if len(files) == 2:
         return Outcome("invalid", f"{folder} has both {stem}.npz and {stem}.bvh; remove one")
-    return _checked(files[0], case) if files else Outcome("missing", f"{folder} has no {stem}.npz or .bvh")
+    if not files:
+        return Outcome("missing", f"{folder} has no {stem}.npz or .bvh")
+    outcome = _checked(files[0], case)
+    if outcome.prediction is None:
+        return outcome
+    return replace(outcome, message=predictions.doubt(outcome.prediction, case))
 
 
 def _checked(path: Path, case: Case) -> Outcome:

@@ -31,6 +31,7 @@ class Findings:
     up_sure:    0 to 1.
     notes:      decisions of the reader of the file, and joints that it folded.
     doubts:     parts of the motion that the reader could not keep, or that contradict the format.
+    mirrored:  whether the file was mirrored, as the user said.
     dropped:   what joints below the root did against their parents and was dropped unasked, in words; "".
     joints:    (joint name, role or the reason why it has none), see ``roles.explain``.
     missing:   essential roles that no joint has.
@@ -77,6 +78,7 @@ class Findings:
     fps_stated: float | None = None
     rate_explicit: bool = False
     dropped: str = ""
+    mirrored: bool = False
 
     @property
     def not_understood(self) -> tuple[str, ...]:
@@ -157,7 +159,8 @@ class Findings:
             lines += ["\nLook at:", *(f"  - {warning}" for warning in self.warnings)]
         rate = f",rate={self.fps:g}" if self.rate_explicit or self.fps_stated is None else ""
         lines += ["\nTo read the file this way whatever is guessed:"]
-        lines += [f"  '{self.path}[unit={self.unit[0]},up={self.up}{rate}]'"]
+        mirror = ",mirror=true" if self.mirrored else ""
+        lines += [f"  '{self.path}[unit={self.unit[0]},up={self.up}{rate}{mirror}]'"]
         if self.missing or self.not_understood:
             lines += [
                 "\nbench doctor --save reading.toml writes a table of joints and roles to be corrected:"

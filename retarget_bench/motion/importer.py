@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.motion import files, role_checks, rotation, species, up_axis
+from retarget_bench.motion import files, plausibility, role_checks, rotation, species, up_axis
 from retarget_bench.motion import inner_positions as inner
 from retarget_bench.motion.body import FORWARD, LEFT, UP, PosedBody
 from retarget_bench.motion.character import Character, Motion, Positions
@@ -23,7 +23,7 @@ from retarget_bench.motion.findings import Findings
 from retarget_bench.motion.fitting.recorded import with_rotations
 from retarget_bench.motion.measures import measure
 from retarget_bench.motion.mesh import Mesh
-from retarget_bench.motion.recording import Recording
+from retarget_bench.motion.recording import MIRROR, Recording, mirrored
 from retarget_bench.motion.reference_pose import BONE_TOLERANCE
 from retarget_bench.motion.roles import (
     ESSENTIAL,
@@ -100,6 +100,8 @@ def understood(
 ) -> Imported:
     """``load`` of what was read already, as the file has it."""
     recording = with_rotations(stated if reading.rate is None else replace(stated, fps=reading.rate))
+    if reading.mirror:
+        recording = mirrored(recording)
     roles = find_roles(recording.skeleton, reading.overrides)
     axis = up_axis.axis(recording, roles, reading.up)
     upright = up_axis.upright(recording, axis.up)
@@ -110,13 +112,23 @@ def understood(
     settled = inner.settled(_scaled(body, upright, size.unit[1]), places, reading.inner_positions)
     motion, places = settled.motion, settled.places
     findings = _findings(path, stated, recording, axis, size, settled, reading.rate is not None)
-    if reading.overrides and (doubt := role_checks.doubt(motion, reading.overrides)):
-        findings = replace(findings, doubts=(*findings.doubts, doubt))
+    sides = role_checks.doubt(motion, _changed(recording.skeleton, reading), mirrored=reading.mirror)
+    more = (*filter(None, [sides]), *plausibility.doubts(motion))
+    findings = replace(findings, mirrored=reading.mirror, doubts=(*findings.doubts, *more))
     if fps is not None:
         if places is not None:
             places = Positions(motion.character, places, motion.fps).resample(fps).positions
         motion = motion.resample(fps)
     return Imported(motion, findings, reading, places)
+
+
+def _changed(skeleton: Skeleton, reading: Reading) -> dict[str, str | None]:
+    """Joint name -> role, of those that the user set otherwise than they are inferred: a table that was
+    proposed is not doubted when it comes back."""
+    if not reading.overrides:
+        return {}
+    inferred = dict(zip(skeleton.names, find_roles(skeleton), strict=True))
+    return {name: role for name, role in reading.overrides.items() if inferred[name] != role}
 
 
 def _findings(
@@ -167,12 +179,19 @@ def _findings(
 
 
 def as_stated(motion: Motion, like: Imported) -> Motion:
-    """A motion in the unit and with the up axis of the file of its body."""
+    """A motion in the unit, with the up axis and the handedness of the file of its body."""
     back = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[like.findings.up])))
     rotations = np.array(motion.rotations)
     rotations[:, 0] = rotation.multiply(back[None], rotations[:, 0])
     root = rotation.rotate(back[None], motion.root) / like.findings.unit[1]
+    if like.reading.mirror:
+        rotations, root = rotation.mirrored(rotations), root * MIRROR
     return replace(motion, rotations=rotations, root=root)
+
+
+def places_as_stated(places: np.ndarray, like: Imported) -> np.ndarray:
+    """``(frames, joints, 3)`` every joint in its parent's frame, likewise."""
+    return places / like.findings.unit[1] * (MIRROR if like.reading.mirror else 1.0)
 
 
 # ------------------------------------------------------------------------------------------------ unit

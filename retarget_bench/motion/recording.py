@@ -1,14 +1,15 @@
 """A motion as a file states it, before anything is guessed about it: what every reader gives."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 
+from retarget_bench.motion import rotation
 from retarget_bench.motion.mesh import Mesh
-from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.motion.skeleton import EndSite, Skeleton
 
 MOST_JOINTS = 2_000
 """No body has more joints."""
@@ -67,6 +68,32 @@ def unique_names(names: tuple[str, ...]) -> tuple[str, ...]:
         used.add(free)
         unique.append(free)
     return tuple(unique)
+
+
+MIRROR = np.array([-1.0, 1.0, 1.0])
+"""What places are multiplied by in a mirror across X."""
+
+
+def mirrored(recording: Recording) -> Recording:
+    """A recording in a mirror across X, as left-handed files are to right-handed ones: each joint keeps its
+    name."""
+    skeleton = recording.skeleton
+    sites = (EndSite(site.parent, (-site.offset[0], *site.offset[1:])) for site in skeleton.end_sites)
+    return replace(
+        recording,
+        skeleton=replace(skeleton, offsets=skeleton.offsets * MIRROR, end_sites=tuple(sites)),
+        rotations=rotation.mirrored(recording.rotations),
+        root=recording.root * MIRROR,
+        positions=None if recording.positions is None else recording.positions * MIRROR,
+        places=None if recording.places is None else recording.places * MIRROR,
+        skin=recording.skin and partial(_mirrored_mesh, recording.skin),
+    )
+
+
+def _mirrored_mesh(skin: Callable[[], Mesh]) -> Mesh:
+    mesh = skin()
+    pose = None if mesh.pose is None else rotation.mirrored(mesh.pose)
+    return replace(mesh, vertices=mesh.vertices * MIRROR, faces=mesh.faces[:, ::-1], pose=pose)
 
 
 def reach(skeleton: Skeleton) -> float:

@@ -29,14 +29,25 @@ Contradiction = tuple[tuple[str, ...], str]
 """The roles, and what speaks against them."""
 
 
-def doubt(motion: Motion, overrides: Mapping[str, str | None]) -> str:
-    """A sentence on roles among ``overrides`` (joint name -> role, or None) that look wrong; else ""."""
+def doubt(motion: Motion, overrides: Mapping[str, str | None], *, mirrored: bool = False) -> str:
+    """A sentence on roles among ``overrides`` (joint name -> role, or None) that look wrong, or on sides
+    that are exchanged; else "". mirrored: whether the file was, as the user said."""
     overridden = set(overrides.values())
     problems = [words for roles, words in contradictions(motion) if overridden.intersection(roles)]
-    if not problems:
+    exchanged = [pair for pair, sine in _sines(motion) if sine < -_CLEAR]
+    handed = "right-handed" if mirrored else "left-handed"
+    mirror = "leave out mirror=true" if mirrored else "say mirror=true"
+    if problems:
+        more = f"; and {len(problems) - _MOST} more" if len(problems) > _MOST else ""
+        more += f" (or is it {handed}? Then {mirror})" if len(exchanged) > 1 else ""
+        return f"roles look wrong: {'; '.join(problems[:_MOST])}{more}: correct the table of roles"
+    if not exchanged:
         return ""
-    more = f"; and {len(problems) - _MOST} more" if len(problems) > _MOST else ""
-    return f"roles look wrong: {'; '.join(problems[:_MOST])}{more}: correct the table of roles"
+    limbs = " and ".join("arms" if "arm" in pair[0] else "legs" for pair in exchanged)
+    return (
+        f"left and right {limbs} are exchanged, by how knees and feet bend: is the file {handed}? Then "
+        f"{mirror}; else correct the roles (roles=FILE)"
+    )
 
 
 def contradictions(motion: Motion) -> list[Contradiction]:
@@ -106,18 +117,24 @@ def _attached(skeleton: Skeleton, joint: Mapping[str, int]) -> Iterator[Contradi
 def _sides(motion: Motion) -> Iterator[Contradiction]:
     """Pairs of limbs whose left is where the right has to be, by how legs bend; where these do not tell, by
     the names of the joints."""
-    sample = motion.at(np.unique(np.linspace(0, motion.frames - 1, _SAMPLES).astype(int)))
-    to_the_left = _to_the_left(sample)
-    for part in ("arm", "up_leg"):
-        pair = tuple(f"{side}_{part}" for side in SIDES)
-        joints = sample.character.joints(pair)
-        if len(joints) < 2:
-            continue
-        apart = sample.positions[:, joints[0]] - sample.positions[:, joints[1]]
-        sine = float((rotation.unit(apart) * to_the_left).sum(axis=1).mean())
+    for pair, sine in _sines(motion):
+        joints = motion.character.joints(pair)
         sides = [aliases.read(motion.skeleton.names[each]).side for each in joints]
         if sine < -_CLEAR or (sine < _CLEAR and sides == list(SIDES[::-1])):
             yield pair, f"{pair[0]} and {pair[1]} are on the other side"
+
+
+def _sines(motion: Motion) -> Iterator[tuple[tuple[str, str], float]]:
+    """Pairs of limbs, and how far their left one is to the left by how legs bend: about 1 where sides are
+    right, -1 where they are exchanged, 0 where legs do not tell."""
+    sample = motion.at(np.unique(np.linspace(0, motion.frames - 1, _SAMPLES).astype(int)))
+    to_the_left = _to_the_left(sample)
+    for part in ("arm", "up_leg"):
+        pair = f"left_{part}", f"right_{part}"
+        joints = sample.character.joints(pair)
+        if len(joints) == len(pair):
+            apart = sample.positions[:, joints[0]] - sample.positions[:, joints[1]]
+            yield pair, float((rotation.unit(apart) * to_the_left).sum(axis=1).mean())
 
 
 def _to_the_left(motion: Motion) -> np.ndarray:

@@ -45,6 +45,12 @@ def conjugate(q: Array) -> Array:
     return _join(q, w, -x, -y, -z)
 
 
+def mirrored(q: Array) -> Array:
+    """``(..., 4)`` the rotation in a mirror across X."""
+    w, x, y, z = _parts(q)
+    return _join(q, w, x, -y, -z)
+
+
 def multiply(a: Array, b: Array) -> Array:
     """``(..., 4)`` b, then a (Hamilton's product)."""
     if isinstance(a, np.ndarray):

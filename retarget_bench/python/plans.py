@@ -53,7 +53,7 @@ def plan_of(options: RunOptions, tell: Tell, **others: Any) -> Plan:
         datasets=(named.dataset(options.dataset, options.root),),
         splits=listed(options.splits),
         metrics=_metrics(listed(options.metrics), task.name, tell),
-        clips=clips.patterns([options.clips] if isinstance(options.clips, str) else options.clips),
+        clips=clips.check([options.clips] if isinstance(options.clips, str) else options.clips),
         **settings | {"task": str(task), "out": Path(options.out)} | others,
     )
 

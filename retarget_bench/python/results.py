@@ -119,7 +119,7 @@ class Results:
     def problems(self) -> pd.DataFrame:
         """The cases that a method did not answer: ``dataset``, ``split``, ``method``, ``case``, ``status``
         (``unsupported``, ``invalid``, ``failed``, ``missing``) and ``message``; not those that a run has
-        yet to do."""
+        yet to do. Files that cannot be read are ``unreadable`` cases of no split and method."""
         rows = [
             (matrix.dataset, matrix.split, row.label, case, each.status, each.message)
             for matrix in self._matrices
@@ -128,7 +128,14 @@ class Results:
             for case in each.cases
             if case not in row.header.waiting
         ]
-        return pd.DataFrame(rows, columns=["dataset", "split", "method", "case", "status", "message"])
+        data = {matrix.dataset: row.header.dataset for matrix in self._matrices for row in matrix.rows}
+        unreadable = [
+            (dataset, "", "", file, "unreadable", problem)
+            for dataset, facts in data.items()
+            for file, problem in (facts.unreadable.problems.items() if facts.unreadable else ())
+        ]
+        columns = ["dataset", "split", "method", "case", "status", "message"]
+        return pd.DataFrame([*unreadable, *rows], columns=columns)
 
     @checked
     def worst(

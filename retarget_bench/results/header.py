@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Any, TypeVar
 
-from retarget_bench.api import SPLITS, Direction, Parameters, Value
+from retarget_bench.api import SPLITS, Direction, Parameters, Unreadable, Value
 from retarget_bench.errors import mistakes
 
 SCHEMA = 3
@@ -62,7 +62,8 @@ class MethodInfo:
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetInfo:
-    """A data set as results name it; ``content`` identifies the data. splits: see ``DatasetCard``."""
+    """A data set as results name it; ``content`` identifies the data. splits: see ``DatasetCard``.
+    unreadable: its files that cannot be read, which have no case."""
 
     name: str = ""
     parameters: Parameters = field(default_factory=dict)
@@ -71,6 +72,7 @@ class DatasetInfo:
     content: str
     splits: Mapping[str, str] = field(default_factory=lambda: SPLITS)
     notes: tuple[str, ...]
+    unreadable: Unreadable | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,7 +123,7 @@ class Counts:
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
-    """Cases without values, for one reason."""
+    """Cases without values, for one reason, or (``ok``) with values that are doubted."""
 
     status: str
     message: str
@@ -147,6 +149,7 @@ class ResultHeader:
     metrics:        metric -> ``version+code``.
     values:         value id -> declaration.
     problems, faults: cases without values, and those that lack the values of a metric alone.
+    doubts:         answered cases whose answers look as if they were written under another convention.
     date:           when the results were made, in a form that sorts.
     not_applicable: value id -> ``cases`` and ``reason``, where a method refused rewritten questions.
     files:          end of a file's name (``csv``, ``cases.csv``) -> its SHA-256 (``store.checksum``).
@@ -165,6 +168,7 @@ class ResultHeader:
     counts: Counts
     problems: tuple[Problem, ...]
     faults: tuple[MetricFault, ...] = ()
+    doubts: tuple[Problem, ...] = ()
     seeds: tuple[int, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
     revision: str = ""
@@ -190,9 +194,10 @@ class ResultHeader:
     def counted(self, ids: set[str]) -> ResultHeader:
         """The header with the counts, problems and faults of these cases only."""
         problems, faults = _of_cases(self.problems, ids), _of_cases(self.faults, ids)
+        doubts = _of_cases(self.doubts, ids)
         status = {case: each.status for each in problems for case in each.cases}
         counts = replace(Counts.of(status.values()), asked=len(ids), ok=len(ids) - len(status))
-        return replace(self, counts=counts, problems=problems, faults=faults)
+        return replace(self, counts=counts, problems=problems, faults=faults, doubts=doubts)
 
 
 L = TypeVar("L", Problem, MetricFault)

@@ -114,7 +114,7 @@ class ResultMatrix:
 
     def _counted(self, header: ResultHeader, counted: np.ndarray) -> ResultHeader:
         """The header with the counts, problems and faults of some cases; counted: ``(cases,)`` bool."""
-        if not (header.problems or header.faults):
+        if not (header.problems or header.faults or header.doubts):
             number = int(counted.sum())
             return replace(header, counts=Counts(asked=number, ok=number))
         return header.counted({info.id for info in compress(self.cases, counted.tolist())})
@@ -266,9 +266,10 @@ def _header(of_seeds: Sequence[Results]) -> ResultHeader:
         return first
     problems = tuple(problem for each in of_seeds for problem in each.header.problems)
     faults = tuple(fault for each in of_seeds for fault in each.header.faults)
+    doubts = tuple(doubt for each in of_seeds for doubt in each.header.doubts)
     seeds = tuple(seed for each in of_seeds for seed in each.header.seeds)
     ids = {info.id for info in of_seeds[0].infos}
-    return replace(first, problems=problems, faults=faults, seeds=seeds).counted(ids)
+    return replace(first, problems=problems, faults=faults, doubts=doubts, seeds=seeds).counted(ids)
 
 
 def _version(header: ResultHeader) -> tuple[Any, ...]:

@@ -69,6 +69,9 @@ class Results:
         for problem in self.header.problems:
             for case in problem.cases:
                 entries[case] = CaseResult(case, problem.status, problem.message)
+        for doubt in self.header.doubts:
+            for case in doubt.cases:
+                entries[case] = replace(entries[case], message=doubt.message)
         for fault in self.header.faults:
             for case in fault.cases:
                 entries.setdefault(case, CaseResult(case, "ok")).faults[fault.metric] = fault.message

@@ -149,7 +149,7 @@ def _table(
         provenance=provenance.provenance(sections),
         data=provenance.data_facts(sections),
         subjects=tuple(builder.column(key) for key in keys),
-        hints=tuple(without_sets(sections, sets)),
+        hints=(*_unreadable(sections), *without_sets(sections, sets)),
         splits={section.split: section.meaning for section in sections if section.meaning},
     )
 
@@ -287,13 +287,19 @@ def _notes(sections: Sequence[SplitSummary], newest: compatibility.Newest) -> li
     return list(dict.fromkeys(notes))
 
 
+def _unreadable(sections: Sequence[SplitSummary]) -> list[str]:
+    """Sentences on files of the data sets that cannot be read: means are over what is left."""
+    facts = [row.header.dataset.unreadable for section in sections for row in section.rows]
+    return list(dict.fromkeys(each.sentence for each in facts if each is not None))
+
+
 def _problems(sections: Sequence[SplitSummary]) -> list[Problem]:
     """Problems, with the refusals of a method on a split merged where they have more than two reasons."""
     cases: dict[tuple[str, str, str, str], dict[str, None]] = {}
     refusals: dict[tuple[str, str], dict[str, None]] = {}
     for section in sections:
         for score in section.scores:
-            for each in score.header.problems:
+            for each in (*score.header.problems, *score.header.doubts):
                 key = (section.split, score.label, each.status, each.message)
                 cases.setdefault(key, {}).update(dict.fromkeys(each.cases))
                 if each.status == "unsupported":

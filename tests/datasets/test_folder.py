@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import unicodedata
+
 import numpy as np
 import pytest
 
+import retarget_bench as rb
 from retarget_bench.api import SPLITS
 from retarget_bench.datasets.folder import Folder
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation import clips
 from retarget_bench.motion import importer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.gltf import write_into
@@ -182,6 +186,78 @@ def test_broken_files_are_named_and_left_out(loose):
     dataset = Folder(str(loose))
     assert set(dataset.characters()) == {"walk", "xbot"}
     assert any(note.startswith("1 of 4 files cannot be read: bad.bvh (") for note in dataset.notes)
+
+
+def test_files_that_cannot_be_read_are_told_by_the_table_and_the_results(mini, rigs, tmp_path):
+    root = mini({})
+    rigs.plain(root / "ada/walk.bvh")
+    rigs.plain(root / "ada/run.bvh")
+    (root / "ada/cut.bvh").write_text((root / "ada/walk.bvh").read_text()[:-40])
+    (root / "ada/empty.bvh").write_text("")
+    data = Folder(str(root))
+    assert data.unreadable.files == 4
+    assert list(data.unreadable.problems) == ["ada/cut.bvh", "ada/empty.bvh"]
+    results = rb.run(
+        ["copy_rotations"], dataset=f"folder[root={root}]", metrics="position", out=tmp_path / "o"
+    )
+    (line,) = (each for each in str(results.table()).splitlines() if "cannot be read" in each)
+    assert line.startswith("- 2 of 4 files cannot be read: ada/cut.bvh (line ")
+    assert str(results.table()).count("cannot be read") == 1
+    problems = results.problems
+    assert problems[["case", "status"]].to_numpy().tolist() == [
+        ["ada/cut.bvh", "unreadable"],
+        ["ada/empty.bvh", "unreadable"],
+    ]
+    assert problems["message"][1] == "is empty"
+
+
+def test_names_are_compared_in_their_composed_form(mini, rigs):
+    """Archives of a Mac have names decomposed."""
+    root = mini({})
+    for folder, form in (("Zoë", "NFC"), ("B", "NFD")):
+        rigs.plain(root / folder / unicodedata.normalize(form, "café.bvh"), size=1.0 + (form == "NFD"))
+    assert pairs(Folder(str(root)), "intra") == {("Zoë>B", "café"), ("B>Zoë", "café")}
+    decomposed = unicodedata.normalize("NFD", "caf?")
+    infos = every_case(Folder(str(root)))
+    assert clips.chosen(infos, [decomposed], 0) == infos
+
+
+def test_folders_of_one_actors_styles_are_one_body(mini, rigs):
+    root = mini({})
+    rigs.plain(root / "angry/angry_walk.bvh")
+    rigs.plain(root / "angry/run.bvh", frames=30)
+    rigs.plain(root / "happy/happy_walk.bvh")
+    rigs.plain(root / "happy/run.bvh", frames=34)
+    rigs.plain(root / "other/odd.bvh", size=1.3)
+    rigs.plain(root / "twin/run.bvh", frames=30)
+    data = Folder(str(root))
+    assert set(data.characters()) == {"angry", "other", "twin"}
+    own = {clip for pair, clip in pairs(data, "self") if pair == "angry>angry"}
+    assert own == {"angry_walk", "angry-run", "happy_walk", "happy-run"}
+    assert "angry is one body in 2 folders: angry, happy" in data.notes
+
+
+def test_files_without_a_rate_are_read_at_the_one_that_is_said(loose):
+    path = loose / "walk.bvh"
+    head, numbers = path.read_text().split("Frame Time: ")
+    path.write_text(f"{head}Frame Time: 0\n{numbers.partition(chr(10))[2]}")
+    assert "walk.bvh ('Frame Time:' says 0" in Folder(str(loose)).unreadable.sentence
+    data = Folder(str(loose), rate=30.0)
+    assert data.unreadable is None
+    (info,) = (each for each in data.cases("retarget", "self") if each.clip == "walk")
+    assert data.load(info).source.fps == 30.0
+
+
+def test_the_title_of_the_present_folder_is_its_name(loose, monkeypatch):
+    monkeypatch.chdir(loose)
+    assert Folder(".").label == Folder(str(loose)).label == f"folder {loose.name}"
+
+
+def test_clips_whose_names_have_commas_are_chosen(loose, rigs):
+    rigs.a(loose / "step, turn.bvh")
+    infos = every_case(Folder(str(loose)))
+    for text, names in (("Step, turn", {"step, turn"}), ("walk, wave", {"walk", "wave"})):
+        assert {info.clip for info in clips.chosen(infos, [text], 0)} == names
 
 
 def test_glb_files_stand_beside_bvh_files_and_every_take_is_a_clip(loose):

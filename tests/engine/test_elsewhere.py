@@ -8,12 +8,17 @@ import numpy as np
 import pytest
 from small_plans import asked
 
+from retarget_bench.api import Case, CaseInfo
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import runner
-from retarget_bench.motion import bvh
+from retarget_bench.evaluation import runner, shard_work
+from retarget_bench.motion import bvh, rotation, transfer
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import predictions, store
+from retarget_bench.tables import requested
+from retarget_bench.tables.rendering import text
+from tests.motion import editing_bodies
+from tests.motion.alignment_rigs import performance
 
 pytestmark = pytest.mark.usefixtures("in_process")
 
@@ -143,6 +148,79 @@ def test_another_body_is_refused(tmp_path, cases):
     long_leg = replace(tall, skeleton=replace(tall.skeleton, offsets=offsets))
     with pytest.raises(FileError, match="the bone of 'LeftLeg' differs"):
         predictions.read_prediction(tmp_path / "small.bvh", long_leg, 30.0)
+    bvh.write(tmp_path / "tall.bvh", cases[0].reference)
+    for factor in (1.3, 0.8, 2.0, 30.0):
+        larger = replace(tall, skeleton=tall.skeleton.scaled(factor))
+        with pytest.raises(FileError, match=r"another body than its target: .* times as large"):
+            predictions.read_prediction(tmp_path / "tall.bvh", larger, 30.0)
+
+
+@pytest.mark.parametrize("scale", [1.0, 100.0, 1000.0, 1 / 0.0254, 10.0, 0.45 / 0.0254, 1 / 0.3048])
+def test_units_are_told_by_the_body(tmp_path, cases, scale):
+    bvh.write(tmp_path / "a.bvh", cases[0].reference, scale=scale)
+    prediction = predictions.read_prediction(tmp_path / "a.bvh", cases[0].target, 30.0)
+    assert np.abs(prediction.positions - cases[0].reference.positions).max() < 1e-5
+
+
+def mirrored(motion):
+    """The motion in a mirror, its sides called as before, as of a left-handed file."""
+    return {"rotations": motion.rotations * [1, 1, -1, -1], "root": motion.root * [-1, 1, 1]}
+
+
+def exchanged(motion):
+    """Left joints with the rotations of right ones."""
+    other = {"Left": "Right", "Right": "Left"}
+    names = list(motion.skeleton.names)
+    swapped = [
+        next((other[side] + name.removeprefix(side) for side in other if name.startswith(side)), name)
+        for name in names
+    ]
+    order = [names.index(name) if name in names else at for at, name in enumerate(swapped)]
+    return {"rotations": motion.rotations[:, order], "root": motion.root}
+
+
+def z_up(motion):
+    turn = np.array([np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0])
+    rotations = np.array(motion.rotations)
+    rotations[:, 0] = rotation.multiply(turn[None], rotations[:, 0])
+    return {"rotations": rotations, "root": rotation.rotate(turn[None], motion.root)}
+
+
+CONVENTIONS = {
+    "lengths in centimetres": lambda motion: {
+        "rotations": motion.rotations,
+        "root": 100 * motion.root,
+    },
+    "lengths in millimetres": lambda motion: {"positions": 1000 * motion.positions},
+    "quaternions x, y, z, w": lambda motion: {
+        "rotations": np.roll(motion.rotations, -1, axis=-1),
+        "root": motion.root,
+    },
+    "Z up": z_up,
+    "left and right exchanged": exchanged,
+    "X to the right": mirrored,
+    "x, y, z, w, not w, x, y, z, Z up": lambda motion: {
+        "rotations": np.roll(z_up(motion)["rotations"], -1, axis=-1),
+        "root": z_up(motion)["root"],
+    },
+}
+
+
+@pytest.mark.parametrize("sign", CONVENTIONS)
+def test_other_conventions_are_named_beside_the_row(tmp_path, sign):
+    """Lively answers of a person under another convention: scored, and doubted in the table."""
+    body, other = (editing_bodies.body(size=size) for size in (1.0, 1.2))
+    lively = body.motion(performance(body, 30), np.tile([0.1, 1.0, 0.2], (30, 1)), 30.0)
+    right = transfer.carry(lively, other, "height")
+    info = CaseInfo(id="c", task="retarget", split="cross", source="a", target="b", clip="clip")
+    case = Case(info, lively, other, reference=right)
+    np.savez(tmp_path / "c.npz", **CONVENTIONS[sign](right))
+    outcome = shard_work.elsewhere(tmp_path, case)
+    assert outcome.status == "ok"
+    assert outcome.message.startswith("the answers look as if they had ")
+    assert sign in outcome.message
+    np.savez(tmp_path / "c.npz", rotations=right.rotations, root=right.root)
+    assert shard_work.elsewhere(tmp_path, case).message == ""
 
 
 def test_an_archive_that_unpacks_to_more_than_any_motion_is_not_read(tmp_path, cases):
@@ -153,3 +231,21 @@ def test_an_archive_that_unpacks_to_more_than_any_motion_is_not_read(tmp_path, c
     assert path.stat().st_size < 1000
     with pytest.raises(FileError, match="unpacks to 5,000,000,000 bytes, more than"):
         predictions.read_prediction(path, cases[0].target, 30.0)
+
+
+def test_doubts_stand_in_the_header_and_below_the_table(tmp_path, cases):
+    folder = tmp_path / "theirs"
+    folder.mkdir()
+    for case in cases:
+        path = folder / f"{store.case_file(case.info.id)}.npz"
+        np.savez(path, **z_up(case.reference))
+    results = score(folder, tmp_path / "runs")
+    (doubt,) = results.header.doubts
+    assert (results.header.problems, len(doubt.cases)) == ((), len(cases))
+    assert results.header.counts.ok == len(cases)
+    assert {entry.message for entry in results.entries} == {doubt.message}
+    tables = requested.tables([results.paths], requested.Request(variants=True))
+    short = " ".join(text(tables).split())
+    assert f"theirs gave odd answers to some cases (intra {len(cases)}): {doubt.message}" in short
+    assert "Z up, not Y" in doubt.message
+    assert "theirs doubted on" in " ".join(text(tables, notes=True).split())

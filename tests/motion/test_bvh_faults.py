@@ -10,6 +10,9 @@ import pytest
 
 from retarget_bench.errors import FileError
 from retarget_bench.motion import bvh
+from retarget_bench.motion.files.reading import Reading
+from retarget_bench.motion.files.writing import write
+from retarget_bench.motion.importer import load
 
 GOOD = b"""HIERARCHY
 ROOT Hips
@@ -97,7 +100,7 @@ def test_what_is_no_bvh_is_named(tmp_path: Path, data: bytes, words: str) -> Non
         (b"Frames: 3", b"Frames: three", 17, "a whole number, found 'Frames: three'"),
         (b"Frames: 3", b"Frames: 0", 17, "says 0"),
         (b"Frames: 3", b"Frames: " + b"9" * 9000, 17, "a whole number"),
-        (b"Frame Time: 0.033333", b"Frame Time: 0", 18, "seconds above 0"),
+        (b"Frame Time: 0.033333", b"Frame Time: -1", 18, "seconds above 0"),
         (b"Frame Time: 0.033333\n", b"", 18, "'Frame Time:'"),
         (b"Frames: 3", b"Frames: 4", 21, "says 4, but only 3 follow"),
         (b"Frames: 3", b"Frames: 2", 21, "says 2, but 3 follow"),
@@ -116,6 +119,63 @@ def test_damage_is_found_with_its_line(
     error = refusal(tmp_path, GOOD.replace(old, new, 1))
     assert words in error.problem
     assert error.line == line
+
+
+NUMBERS = GOOD[GOOD.index(b"1 2 3") :]
+COMMAS = GOOD.replace(b"OFFSET 0 10 0", b"OFFSET 0 10,5 0").replace(b"0.033333", b"0,033333")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"# made by hand\n// and again\n" + GOOD.replace(b"\tJOINT", b"; a remark, 1.5\n\tJOINT"),
+        GOOD.replace(b"MOTION\n", b"# x\nMOTION\n# y\n").replace(b"1.5 2", b"# 0 0\n1.5 2"),
+        GOOD.replace(NUMBERS, NUMBERS.replace(b"\n", b" ") + b"\n"),
+        GOOD.replace(NUMBERS, NUMBERS.replace(b" ", b"\n")),
+        GOOD.replace(NUMBERS, NUMBERS.replace(b" 5 6 ", b" 5\n\n6 ")),
+        GOOD + b"\n  \n\x1a",
+        GOOD.replace(b"\n", b"\r\n") + b"\x1a\x1a",
+        GOOD.replace(b".", b","),
+        GOOD.replace(b"0 10 0", b"0, 10, 0").replace(b"1.5 2 3", b"1.5, 2, 3,"),
+        GOOD.replace(b".", b",").replace(b"JOINT Spine", b"JOINT Spi.ne,1").replace(b"\n", b"\r\n"),
+    ],
+)
+def test_dress_of_numbers_without_a_second_meaning_is_read(tmp_path: Path, text: bytes) -> None:
+    plain, dressed = _save(tmp_path / "plain.bvh", GOOD), _save(tmp_path / "dressed.bvh", text)
+    expected, document = bvh.parse(plain), bvh.parse(dressed)
+    assert (document.values == expected.values).all()
+    assert (document.hierarchy.offsets == expected.hierarchy.offsets).all()
+    assert document.frame_time == expected.frame_time
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        (COMMAS, 8, "three finite numbers, found '0 10,5 0'"),  # beside points in the frames
+        (GOOD.replace(b"0 10 0", b"0 1,000 0").replace(b".", b""), 8, "found '0 1,000 0'"),  # thousands?
+        (GOOD.replace(b"1.5 2 3", b"1,5 2 3"), 20, "frame 2 has '1,5' as number 1"),
+        (GOOD.replace(b"1.5 2 3 4 5", b"1.5 2 3\n4 5").replace(b" 9.25", b""), 20, "frame 2 has 3 of 9"),
+        (GOOD.replace(b"1.5 2 3 4 5", b"1.5 2 3 4\nx"), 20, "frame 2 has 'x' as number 5"),
+    ],
+)
+def test_dress_of_numbers_with_two_meanings_is_named(
+    tmp_path: Path, text: bytes, line: int, words: str
+) -> None:
+    error = refusal(tmp_path, text)
+    assert words in error.problem
+    assert error.line == line
+
+
+def test_a_file_without_a_rate_is_read_at_the_one_that_is_said(tmp_path: Path) -> None:
+    still = _save(tmp_path / "still.bvh", GOOD.replace(b"0.033333", b"0.0"))
+    with pytest.raises(FileError, match=r"says 0: .* \(rate=30\)"):
+        bvh.read(still)
+    imported = load(still, Reading(rate=50.0))
+    assert imported.motion.fps == 50.0
+    assert imported.findings.fps_stated is None
+    written = tmp_path / "written.bvh"
+    write(written, imported.motion, imported)
+    assert bvh.read(written).fps == 50.0
 
 
 def test_no_channels_at_all(tmp_path: Path) -> None:

@@ -101,6 +101,19 @@ def test_names_that_toml_must_quote_survive(file, tmp_path):
     assert Reading(reading=proposal) == imported.settled
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+def test_proposals_are_taken_back_as_any_editor_saves_them(file, tmp_path, encoding):
+    """Every joint stands in it, helpers too; with a byte order mark, where UTF-16 has none of its own."""
+    proposal, imported = tmp_path / "reading.toml", load(file)
+    text = doctor.reading_text(imported)
+    mark = "\ufeff" if encoding in ("utf-16-le", "utf-16-be") else ""
+    proposal.write_bytes((mark + text.replace("\n", "\r\n")).encode(encoding))
+    again = load(file, Reading(reading=proposal))
+    assert again.reading.overrides.keys() == set(imported.motion.skeleton.names)
+    assert again.findings.joints == imported.findings.joints
+    assert again.findings.doubts == imported.findings.doubts
+
+
 def test_a_single_pose_and_bones_without_length(file):
     lines = file.read_text().splitlines()
     start = next(i for i, line in enumerate(lines) if line.startswith("Frames"))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gltf_files import person
 
-from retarget_bench.errors import NotSupported
+from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import bvh, files, importer
 from retarget_bench.motion.files import formats
 from retarget_bench.motion.files.choice import chosen
@@ -51,6 +51,40 @@ def test_every_format_has_endings_of_its_own_and_one_that_is_written():
     assert all(each.startswith(".") and each == each.lower() for each in endings)
     assert set(files.suffixes(written=True)) <= set(files.suffixes())
     assert files.suffixes(written=True) == (".bvh", ".glb", ".npz")
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "words"),
+    [
+        ("a.c3d", b"\x02P\0\0", "is a C3D file of marker positions, .* export BVH, FBX or GLB"),
+        ("a.TRC", b"PathFileType\t4\t(X/Y/Z)\ta.trc\n", "is a TRC file of marker positions"),
+        ("a.vmd", b"Vocaloid Motion Data 0002\0\0", "a motion of MikuMikuDance: import it with its model"),
+        ("a.pkl", b"\x80\x04\x95", "a pickle of Python, .* never loaded: save its arrays as .npz"),
+        ("a.pt", b"PK\x03\x04" + bytes(26), "is a file of PyTorch, which .* is never loaded"),
+        ("a.pkl", b"version https://git-lfs.github.com/spec/v1\n", "a Git LFS pointer: run `git lfs pull`"),
+        ("a.fbx", b"version https://git-lfs.github.com/spec/v1\n", "a Git LFS pointer: run `git lfs pull`"),
+        ("a.glb", b"\n<!DOCTYPE html>\n", "is a web page"),
+        ("a.glb", b"404: Not Found", "is a web page"),
+        ("a.fbx", b"\x1f\x8b\x08\0\0", "is gzip-compressed: unpack it first"),
+        ("a.glb", b"BLENDER-v293", "is a Blender scene: export it as BVH, FBX or GLB"),
+        ("a.amc", b"PK\x03\x04" + bytes(30), "is a zip archive: unpack it first"),
+        ("a.npy", b"\x89HDF\r\n", "is an HDF5 file"),
+        ("a.npy", b"<HTML>", "is a web page"),
+        ("a.asf", b"/annex/objects/MD5E-s9--00.asf\n", "is a git-annex pointer: run `git annex get`"),
+    ],
+)  # fmt: skip
+def test_what_is_no_file_of_motion_is_named(tmp_path, name, data, words):
+    path = tmp_path / name
+    path.write_bytes(data)
+    with pytest.raises(FileError, match=words):
+        importer.load(path)
+    assert motions_of(path) == {"a": path}
+
+
+def test_a_motion_under_the_name_of_another_format_is_read(tmp_path, text):
+    misnamed = tmp_path / "misnamed.c3d"
+    misnamed.write_bytes(text.read_bytes())
+    assert files.format_of(misnamed) is formats.BVH
 
 
 def test_options_of_one_format_are_refused_by_another(glb, text):

@@ -326,6 +326,25 @@ def test_files_without_skin_or_without_animation(tmp_path, random):
         files.read(empty.save(tmp_path / "c.glb"))
 
 
+@pytest.mark.parametrize("animated", [("LeftArm", "LeftForeArm", "RightArm"), ("Head",), ("Hips", "Spine")])
+@pytest.mark.parametrize("prefix", ["", "mixamorig:", "J_Bip_C_"])
+def test_a_body_without_skin_is_complete_where_a_part_is_animated(tmp_path, random, animated, prefix):
+    asset = person(random, skin=False, above=({}, {"name": "Scene root"}))
+    asset.add("nodes", {"name": "Camera", "camera": 0})
+    asset.content["nodes"][0]["children"].append(len(asset.content["nodes"]) - 1)
+    for node in asset.content["nodes"]:
+        node["name"] = prefix + node["name"] if node["name"] in NAMES else node["name"]
+    nodes = {prefix + name for name in animated}
+    action = asset.content["animations"][0]
+    action["channels"] = [
+        each
+        for each in action["channels"]
+        if asset.content["nodes"][each["target"]["node"]]["name"] in nodes
+    ]
+    recording = files.read(asset.save(tmp_path / "a.glb"))
+    assert recording.skeleton.names == tuple(prefix + name for name in NAMES)
+
+
 def test_what_a_skeleton_cannot_do_is_a_doubt(tmp_path, random):
     asset = person(random)
     times = np.arange(12) / 30

@@ -37,6 +37,13 @@ from retarget_bench.motion.files.reading import Reading
         ({"poses": np.full((12, 156), "a")}, "'poses' holds str32, and numbers are needed"),
         ({"poses": np.full((12, 156), None)}, "'poses' is a pickled object, which is never loaded"),
         ({"poses": np.zeros(12, [("a", "f8")])}, "'poses' holds void64, and numbers are needed"),
+        ({"poses": np.ones((12, 52, 3, 3))}, "has 'poses' with matrices that are no rotations"),
+        ({"poses": np.tile(-np.eye(3), (12, 52, 1, 1))}, "has 'poses' with matrices that are no rotations"),
+        ({"poses": np.zeros((12, 51, 3, 3))}, "has 'poses' of shape (12, 459); known are"),
+        (
+            {"trans": None, "smpl_trans": np.zeros((12, 3)), "smpl_scaling": np.zeros(1)},
+            "has 'smpl_scaling' that is no size of a body",
+        ),
         ({"trans": np.zeros((11, 3))}, "has 'trans' of shape (11, 3); (12, 3) is needed"),
         ({"trans": np.full((12, 3), np.nan)}, "'trans' holds NaN or infinity"),
         ({"trans": np.full((12, 3), 1e300)}, "'trans' with numbers above 1e+09"),

@@ -48,6 +48,34 @@ def test_joints_and_skin_are_where_the_body_model_puts_them(tmp_path, random, fa
     np.testing.assert_allclose(skinned, rotation.rotate(turn, vertices), atol=1e-12)
 
 
+def test_dialects_hold_the_same_motion(tmp_path, random):
+    """Names of AIST++, with translations of a body of another size; rotation matrices; another name of the
+    rate."""
+    content = parameters(random, SMPL)
+    poses, trans, rate = (content.pop(name) for name in ("poses", "trans", "mocap_framerate"))
+    matrices = Rotation.from_rotvec(poses.reshape(-1, 3)).as_matrix().reshape(len(poses), -1, 3, 3)
+    dialects = (
+        {"poses": poses, "trans": trans, "mocap_framerate": rate},
+        {
+            "smpl_poses": poses,
+            "smpl_trans": 90 * trans,
+            "smpl_scaling": np.array([90.0]),
+            "fps": np.array(120),
+        },
+        {"poses": matrices, "trans": trans, "fps": np.array([120.0])},
+        {"poses": matrices.reshape(len(poses), -1), "transl": trans, "mocap_frame_rate": rate},
+        {"global_orient": matrices[:, :1], "body_pose": matrices[:, 1:], "transl": trans, "fps": rate},
+    )
+    expected, *others = (
+        files.read(archive(tmp_path / f"{number}.npz", content | dialect))
+        for number, dialect in enumerate(dialects)
+    )
+    for recording in others:
+        np.testing.assert_allclose(places(recording), places(expected), atol=1e-12)
+        assert (recording.fps, recording.rate_stated) == (120.0, True)
+        assert recording.doubts == expected.doubts
+
+
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda each: each.name)
 def test_all_joints_have_the_roles_that_their_names_mean(family):
     assert len(family) == {BODY: 22, SMPL: 24, SMPLH: 52, SMPLX: 55}[family]

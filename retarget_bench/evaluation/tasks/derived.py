@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from retarget_bench.api import SELF, TASKS, Case, CaseInfo, Dataset, optional
+from retarget_bench.api import SELF, TASKS, Case, CaseInfo, Dataset, Unreadable, optional
 from retarget_bench.api.datasets import Cast, usual_splits
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS, Level, TaskQuestion
@@ -43,6 +43,10 @@ class TaskDataset:
     @property
     def notes(self) -> Sequence[str]:
         return self._data.notes
+
+    @property
+    def unreadable(self) -> Unreadable | None:
+        return optional.unreadable(self._data)
 
     def characters(self) -> Mapping[str, Character]:
         return self._data.characters()

@@ -71,7 +71,13 @@ def parse_header(path: str | Path) -> Header:
 
 
 def read(
-    path: str | Path, *, root: str = "auto", scale: float = 1.0, fold: bool = True, inner: bool = False
+    path: str | Path,
+    *,
+    root: str = "auto",
+    scale: float = 1.0,
+    fold: bool = True,
+    inner: bool = False,
+    rate: float | None = None,
 ) -> Recording:
     """The motion of a file, in its own axes, lengths multiplied by ``scale``.
 
@@ -80,11 +86,15 @@ def read(
     fold: make the hips the root where the file's root only carries them.
     inner: where joints below the root move against their parents, give their ``places``. Without it such a
         file is refused; position channels that are constant do no harm.
+    rate: frames per second of a file that states none (``Frame Time: 0``), which is else refused.
 
     A joint name that occurs twice gets a number. Clips of one body may share their ``Skeleton``.
     Raises FileError for what cannot be read.
     """
-    return record(Path(path), parse(path), root=root, scale=scale, fold=fold, inner=inner)
+    path, document = Path(path), parse(path)
+    if not document.frame_time and rate is None:
+        raise FileError(path, "'Frame Time:' says 0: say how many frames there are a second (rate=30)")
+    return record(path, document, root=root, scale=scale, fold=fold, inner=inner, rate=rate)
 
 
 def write(path: str | Path, motion: Motion, *, order: str = "ZXY", scale: float = 1.0) -> None:

@@ -104,14 +104,14 @@ def _visible(folder: Path) -> list[Path]:
         raise FileError(folder, f"cannot be listed ({error.strerror or error})") from error
 
 
-def inspect(path: Path) -> CatalogueEntry:
-    """One file's entry, from its bytes.
+def inspect(path: Path, rate: float | None = None) -> CatalogueEntry:
+    """One file's entry, from its bytes. rate: frames per second of a file that states none.
 
     The motion block is checked by its outline only: number of lines, numbers in the last line, nothing
     but numbers. Whatever looks odd is handed to the real parser, which has the last word.
     """
     if format_of(path) is not BVH:
-        return _of_other_format(path)
+        return _of_other_format(path, rate)
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -126,15 +126,15 @@ def inspect(path: Path) -> CatalogueEntry:
         if match and complete and 1e-4 < (seconds := float(match[2])) < 10.0:
             return CatalogueEntry(content, hierarchy, int(match[1]), frame_rate(seconds))
     try:
-        recording = bvh.read(path, inner=True)
+        recording = bvh.read(path, inner=True, rate=rate)
     except BenchError as error:
         return CatalogueEntry(content, hierarchy, 0, 0.0, _problem(error))
     return CatalogueEntry(content, hierarchy, len(recording.root), recording.fps)
 
 
-def _of_other_format(path: Path) -> CatalogueEntry:
+def _of_other_format(path: Path, rate: float | None) -> CatalogueEntry:
     try:
-        return CatalogueEntry(*listing.facts(path))
+        return CatalogueEntry(*listing.facts(path, rate))
     except BenchError as error:
         return CatalogueEntry("", "", 0, 0.0, _problem(error))
     except OSError as error:

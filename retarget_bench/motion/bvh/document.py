@@ -60,7 +60,7 @@ class Hierarchy:
 
 @dataclass(frozen=True, eq=False)
 class Header:
-    """All of a file but its numbers: joints, declared number of frames, seconds per frame."""
+    """All of a file but its numbers: joints, number of frames, seconds per frame (0: it states none)."""
 
     hierarchy: Hierarchy
     frames: int
@@ -73,7 +73,8 @@ class Header:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A whole file: joints, seconds per frame, and ``values`` ``(frames, columns)`` as written.
+    """A whole file: joints, seconds per frame (0: it states none), and ``values`` ``(frames, columns)`` as
+    written.
 
     Angles are degrees; lengths are the file's own unit.
     """

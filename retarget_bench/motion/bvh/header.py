@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.errors import FileError
+from retarget_bench.files import stand_in
+from retarget_bench.motion import file_kinds
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS, Header, Hierarchy
 from retarget_bench.motion.skeleton import EndSite
 
@@ -17,6 +19,15 @@ _MOTION = re.compile(rb"^[ \t]*MOTION[ \t\r]*$", re.IGNORECASE | re.MULTILINE)
 _FRAMES = re.compile(r"\s*Frames\s*:\s*(\S+)\s*", re.IGNORECASE)
 _FRAME_TIME = re.compile(r"\s*Frame\s+Time\s*:\s*(\S+)\s*", re.IGNORECASE)
 _BRACE = re.compile("([{}])")
+_NUMBERS = re.compile(
+    rb"^[ \t]*+(?:OFFSET\b|Frame[ \t]++Time[ \t]*+:)?+([-+0-9.,E \t\r]++)$", re.IGNORECASE | re.MULTILINE
+)
+"""The numbers of a line: of an OFFSET, a frame, or the frame time."""
+_DECIMAL_COMMA = re.compile(rb"[-+]?[0-9]*,[0-9]+(?:[eE][-+]?[0-9]+)?")
+_THOUSANDS = re.compile(rb"[-+]?[1-9][0-9]{0,2},[0-9]{3}")
+REMARK = re.compile(rb"^[ \t]*+(?:#|//|;)[^\n]*", re.MULTILINE)
+"""A line that some programs write, like which no statement and no number begins."""
+_DOS_END = b"\x1a"
 _CHANNELS = {name.lower(): name for name in (*POSITIONS, *ROTATIONS)}
 _END_SITE = -1
 _LONGEST_NAME = 1000
@@ -31,39 +42,28 @@ _SHOWN = 60
 Offset = tuple[float, float, float]
 
 _BOM, _UTF16 = b"\xef\xbb\xbf", (b"\xff\xfe", b"\xfe\xff")
-_FOREIGN: dict[str, tuple[bytes, ...]] = {
-    "a Git LFS pointer: run `git lfs pull` where it came from": (
-        b"version https://git-lfs",
-        b"version http://git-media",
-    ),
-    "a git-annex pointer: run `git annex get` where it came from": (b"/annex/objects",),
-    "a binary FBX file: export it as BVH from the program that made it": (b"Kaydara FBX Binary",),
-    "an ASCII FBX file: export it as BVH from the program that made it": (b"; FBX",),
-    "a binary glTF file: export it as BVH": (b"glTF",),
-    "a zip archive: unpack it first": (b"PK\x03\x04",),
-    "gzip-compressed: unpack it first": (b"\x1f\x8b",),
-    "bzip2-compressed: unpack it first": (b"BZh",),
-    "xz-compressed: unpack it first": (b"\xfd7zXZ",),
-    "a 7z archive: unpack it first": (b"7z\xbc\xaf",),
-    "a rar archive: unpack it first": (b"Rar!",),
-    "a Blender scene: export it as BVH": (b"BLENDER",),
-    "a Maya scene: export it as BVH": (b"//Maya ASCII", b"FOR4"),
-    "a USD scene: export it as BVH": (b"#usda", b"PXR-USDC"),
-    "a NumPy array": (b"\x93NUMPY",),
-    "an HDF5 file": (b"\x89HDF",),
-    "a web page: the download gave an error page instead of the file": (b"<!DOCTYPE", b"<html"),
-    "an XML file": (b"<?xml",),
-    "an Acclaim skeleton (ASF)": (b"# AST/ASF", b":version"),
-    "an Acclaim motion (AMC)": (b"#!OML:ASF", b":FULLY-SPECIFIED"),
-    "a JSON file": (b"{",),
-}
-"""Kinds of other files -> what they begin with."""
 
 
 def plain(data: bytes) -> bytes:
-    """Without a byte order mark, lines ended by LF or CRLF."""
+    """Without a byte order mark and DOS' end mark, lines ended by LF or CRLF, decimal points for commas."""
     data = data.removeprefix(_BOM)
-    return data if b"\n" in data else data.replace(b"\r", b"\n")
+    if _DOS_END in data[-_SHOWN:]:
+        data = data.rstrip(_DOS_END + b" \t\r\n") + b"\n"
+    data = data if b"\n" in data else data.replace(b"\r", b"\n")
+    return _with_points(data) if b"," in data else data
+
+
+def _with_points(data: bytes) -> bytes:
+    """With decimal points, where all fractions have decimal commas, and without commas that stand before
+    blanks; unchanged where commas and points are mixed otherwise, or commas might group thousands."""
+    numbers = b" ".join(match[1] for match in _NUMBERS.finditer(data))
+    commas = [word for word in numbers.split() if b"," in word]
+    if all(word.find(b",") == len(word) - 1 for word in commas):
+        return _NUMBERS.sub(lambda match: match[0].replace(b",", b" "), data)
+    clear = all(map(_DECIMAL_COMMA.fullmatch, commas)) and not all(map(_THOUSANDS.fullmatch, commas))
+    if b"." in numbers or not clear:
+        return data
+    return _NUMBERS.sub(lambda match: match[0].replace(b",", b"."), data)
 
 
 def complaint(start: bytes) -> str | None:
@@ -72,16 +72,20 @@ def complaint(start: bytes) -> str | None:
         return "is empty"
     if start.startswith(_UTF16):
         return "is UTF-16 text: save it as UTF-8"
+    if meaning := stand_in(start):
+        return f"is {meaning}"
     text = start.removeprefix(_BOM).lstrip()
     if not text:
         return "holds only blanks"
     if text[:9].upper() == b"HIERARCHY":
         return None
-    for meaning, signatures in _FOREIGN.items():
-        if text.lower().startswith(tuple(each.lower() for each in signatures)):
-            return f"is not BVH but {meaning}"
+    if kind := file_kinds.kind_of(text):
+        return f"is not BVH but {kind}"
     if b"\0" in start:
         return "is not BVH but binary data of an unknown kind"
+    text = REMARK.sub(b"", text).lstrip()
+    if not text or text[:9].upper() == b"HIERARCHY":
+        return None
     first = text.splitlines()[0][:40].decode("ascii", "replace")
     return f"is not BVH: it begins with {first!r} instead of HIERARCHY"
 
@@ -127,7 +131,7 @@ def _next_line(data: bytes, start: int, line: int) -> tuple[str, int, int]:
         text = data[start : feed if feed >= 0 else len(data)]
         start = feed + 1 if feed >= 0 else len(data)
         line += 1
-        if text and not text.isspace():
+        if text and not text.isspace() and not REMARK.match(text):
             return text.decode("latin-1"), start, line
     raise _Fault("ends before the lines 'Frames:' and 'Frame Time:'", line)
 
@@ -142,12 +146,13 @@ def _frames(text: str, line: int) -> int:
 def _frame_time(text: str, line: int) -> float:
     match = _FRAME_TIME.fullmatch(text)
     seconds = number(match[1]) if match else None
-    if seconds is None or not 1e-6 <= seconds <= 1e4:
+    if seconds is None or not (seconds == 0 or 1e-6 <= seconds <= 1e4):
         raise _Fault(f"expected 'Frame Time:' and seconds above 0, found {text.strip()[:_SHOWN]!r}", line)
     return seconds
 
 
 def _hierarchy(head: bytes) -> Hierarchy:
+    head = REMARK.sub(b"", head)
     try:
         text = head.decode("utf-8")
     except UnicodeDecodeError:

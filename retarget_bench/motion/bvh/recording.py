@@ -24,7 +24,14 @@ Offset = tuple[float, float, float]
 
 
 def record(
-    path: Path, document: Document, *, root: str, scale: float, fold: bool, inner: bool = False
+    path: Path,
+    document: Document,
+    *,
+    root: str,
+    scale: float,
+    fold: bool,
+    inner: bool = False,
+    rate: float | None = None,
 ) -> Recording:
     """The recording that a document states; see ``bvh.read``."""
     if root not in ROOT_READINGS:
@@ -68,7 +75,9 @@ def record(
     places = relative if root == "relative" else absolute
     turned = rotation.continuous(turned)
     steps = _steps(skeleton, first, moved, document.frames, scale)
-    return Recording(skeleton, turned, places, document.fps, tuple(notes), places=steps)
+    timed = document.frame_time > 0
+    fps = document.fps if timed or rate is None else rate
+    return Recording(skeleton, turned, places, fps, tuple(notes), rate_stated=timed, places=steps)
 
 
 def _steps(

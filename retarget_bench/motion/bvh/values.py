@@ -10,7 +10,7 @@ from typing import IO, TYPE_CHECKING, Any, cast
 import numpy as np
 
 from retarget_bench.errors import FileError
-from retarget_bench.motion.bvh.header import number
+from retarget_bench.motion.bvh.header import REMARK, number
 
 if TYPE_CHECKING:
     from pandas.io.parsers import TextFileReader
@@ -28,7 +28,8 @@ _PIECE, _ROWS = 1 << 15, 1 << 16
 def read_values(path: Path, data: bytes, start: int, *, frames: int, columns: int, line: int) -> np.ndarray:
     """``(frames, columns)`` numbers that fill ``data`` from ``start`` on, the first in line ``line``.
 
-    A frame is a line. Raises FileError, with its line, for the first frame that has too few or too many
+    A frame is a line; frames that are broken over lines, or share one, are read where there are as many
+    numbers as declared. Raises FileError, with its line, for the first frame that has too few or too many
     numbers or one that is not finite, and for missing or surplus frames. Memory is bounded by the size of
     the data, whatever number of frames the file declares.
     """
@@ -106,20 +107,31 @@ def _pandas_reader(text: _Text) -> TextFileReader:
 
 
 def _parse_checked(path: Path, block: bytes, frames: int, columns: int, line: int) -> np.ndarray:
-    """The slow way, for files with a fault, which it finds, and files with blank lines."""
-    lines = block.split(b"\n")
-    used = [index for index, text in enumerate(lines) if text and not text.isspace()]
-    for frame, index in enumerate(used, 1):
-        words = lines[index].split()
-        if problem := _fault(words, columns, last=index == used[-1]):
-            raise FileError(path, f"frame {frame} {problem}", line + index)
-    if len(used) > frames:
-        problem = f"'Frames:' says {frames}, but {len(used)} follow, of which this is the first surplus one"
-        raise FileError(path, problem, line + used[frames])
-    if len(used) < frames:
-        problem = f"'Frames:' says {frames}, but only {len(used)} follow: the file is cut off"
-        raise FileError(path, problem, line + (used[-1] if used else -1))
+    """The slow way, for files with a fault, which it finds, and files with blank, commented or wrapped
+    lines."""
+    block = REMARK.sub(b"", block)
+    as_declared = len(block.split()) == frames * columns
+    lines = [(number, text) for number, text in enumerate(block.split(b"\n"), line) if text.strip()]
+    if as_declared and len(lines) != frames:
+        lines = _unwrapped(lines, columns)
+    for frame, (own_line, text) in enumerate(lines, 1):
+        if problem := _fault(text.split(), columns, last=frame == len(lines)):
+            raise FileError(path, f"frame {frame} {problem}", own_line)
+    if len(lines) > frames:
+        follow = f"but {len(lines)} follow, of which this is the first surplus one"
+        raise FileError(path, f"'Frames:' says {frames}, {follow}", lines[frames][0])
+    if len(lines) < frames:
+        problem = f"'Frames:' says {frames}, but only {len(lines)} follow: the file is cut off"
+        raise FileError(path, problem, lines[-1][0] if lines else line - 1)
     return np.array(block.split(), dtype=np.float64).reshape(frames, columns)
+
+
+def _unwrapped(lines: list[tuple[int, bytes]], columns: int) -> list[tuple[int, bytes]]:
+    """Lines of a frame each, with the numbers of the lines in which they begin, of frames that were broken
+    over lines or share them."""
+    words = [(number, word) for number, text in lines for word in text.split()]
+    frames = (words[at : at + columns] for at in range(0, len(words), columns))
+    return [(frame[0][0], b" ".join(word for _, word in frame)) for frame in frames]
 
 
 def _fault(words: list[bytes], columns: int, *, last: bool) -> str | None:

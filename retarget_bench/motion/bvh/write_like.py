@@ -14,7 +14,7 @@ from retarget_bench.motion.bvh import Document, Hierarchy, Recording
 from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS
 from retarget_bench.motion.bvh.recording import local_rotations
-from retarget_bench.motion.importer import Imported, as_stated
+from retarget_bench.motion.importer import Imported, as_stated, places_as_stated
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.recording import reach
 
@@ -52,14 +52,15 @@ def write(
     Raises FileError where the body's file has no channels to say where the body is.
     """
     path, source = Path(path), like.findings.path
-    recording, document = bvh.read(source, root=root, inner=True), bvh.parse(source)
-    other = bvh.read(source, root="relative", inner=True)
+    rate = like.reading.rate
+    recording, document = bvh.read(source, root=root, inner=True, rate=rate), bvh.parse(source)
+    other = bvh.read(source, root="relative", inner=True, rate=rate)
     relative = np.array_equal(other.root, recording.root)
     first = len(document.hierarchy) - len(recording.skeleton)
     pattern = _Pattern(source, document, "relative" if relative else "absolute", first)
     expected = as_stated(motion, like)
     values, notes = _values(pattern, expected)
-    steps = None if places is None else places / like.findings.unit[1]
+    steps = None if places is None else places_as_stated(places, like)
     notes = (*notes, *_place_inner(values, pattern, recording, steps))
     document = Document(pattern.document.hierarchy, 1.0 / motion.fps, np.round(values, _DIGITS))
     with atomic(path) as temporary:

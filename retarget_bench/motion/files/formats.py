@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -12,7 +13,7 @@ import numpy as np
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.files import LARGEST, check_ordinary
-from retarget_bench.motion import bvh
+from retarget_bench.motion import bvh, file_kinds
 from retarget_bench.motion.files.acclaim import reading as acclaim
 from retarget_bench.motion.files.fbx import content as fbx_content
 from retarget_bench.motion.files.fbx import reading as fbx
@@ -24,6 +25,7 @@ from retarget_bench.motion.files.smpl.arrays import NPY, begins_as_archive, read
 from retarget_bench.motion.files.smpl.joint_arrays import Joints
 from retarget_bench.motion.recording import Recording
 
+_SNIFFED = 4096
 _BVH = re.compile(rb"(?<!:)HIERARCHY", re.IGNORECASE)
 
 
@@ -74,7 +76,7 @@ def _refuse(path: Path, reading: Reading, *names: str) -> None:
 
 def _read_bvh(path: Path, reading: Reading) -> Recording:
     _refuse(path, reading, "take", "body", "skeleton", "body_model")
-    return bvh.read(path, root=reading.root_place, inner=True)
+    return bvh.read(path, root=reading.root_place, inner=True, rate=reading.rate)
 
 
 def _read_gltf(path: Path, reading: Reading) -> Recording:
@@ -107,9 +109,27 @@ def of_array(path: Path, array: np.ndarray, reading: Reading, joints: Joints = (
     return joint_arrays.recorded(path, array, reading.rate, joints)
 
 
+_MARKERS = (
+    "of marker positions, not of a skeleton's motion: solve it in the program that recorded it, and {}"
+)
+_EXPORT = "export BVH, FBX or GLB"
+_PICKLED = "which may hold programs and is never loaded: save its arrays as .npz or .npy"
+NOT_READ = {
+    ".c3d": f"a C3D file {_MARKERS.format(_EXPORT)}",
+    ".trc": f"a TRC file {_MARKERS.format(_EXPORT)}",
+    ".vmd": f"a motion of MikuMikuDance: import it with its model into Blender, say, and {_EXPORT}",
+    **dict.fromkeys((".pkl", ".pickle"), f"a pickle of Python, {_PICKLED}"),
+    **dict.fromkeys((".pt", ".pth"), f"a file of PyTorch, {_PICKLED}"),
+}
+"""Endings of motion files that are not read -> what they are, and what to do."""
+
+
 def _refused(path: Path, reading: Reading | None = None) -> NoReturn:  # noqa: ARG001
     """Raise FileError that says why a path is not read."""
     check_ordinary(path, LARGEST)
+    with suppress(OSError), path.open("rb") as file:
+        if kind := NOT_READ.get(path.suffix.lower()) or file_kinds.kind_of(file.read(_SNIFFED)):
+            raise FileError(path, f"is {kind}")
     raise FileError(path, "was changed while it was read: read it again")
 
 
@@ -140,4 +160,5 @@ JOINT_ARRAY = Format("joint array", (".npy",), lambda head: head.startswith(NPY)
 FORMATS = (BVH, GLTF, FBX, ACCLAIM, AMASS, JOINT_ARRAY)
 """All formats, the first for files that nothing recognises."""
 UNREADABLE = Format("no file", (), lambda head: False, _refused, _refused)  # noqa: ARG005
-"""Reasons why a path cannot be read: a folder, a device, a file that is too large."""
+"""Says why a path cannot be read: a folder, a device, a web page, a file that is too large, or of a format
+that is not read."""

@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.files import composed
 from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh.document import Hierarchy
 from retarget_bench.motion.files import format_of, read, split_take, suffixes, takes
 from retarget_bench.motion.files.formats import BVH, FORMATS
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.recording import Recording, reach
 
 _DIGITS = 4
@@ -36,23 +38,25 @@ def motion_files(folder: Path) -> dict[str, Path]:
             listed = [path for path in listed if path.suffix.lower() not in form.bodies]
     for path in listed:
         if path.suffix.lower() in suffixes() and path.is_file():
+            stem, complete = composed(path.stem), composed(path.name)
             for name, one in motions_of(path).items():
-                motions[name if name not in motions else path.name + name.removeprefix(path.stem)] = one
+                motions[name if name not in motions else complete + name.removeprefix(stem)] = one
     return dict(sorted(motions.items()))
 
 
 def motions_of(path: Path) -> dict[str, Path]:
-    """The motions of a file: ``{"walk": walk.bvh}``, ``{"Fox-Walk": Fox.glb#2, ...}``."""
+    """The motions of a file by composed names: ``{"walk": walk.bvh}``, ``{"Fox-Walk": Fox.glb#2, ...}``."""
+    stem = composed(path.stem)
     names: tuple[str, ...] = ()
     with suppress(BenchError):  # whoever reads it says why it cannot be read
         names = takes(path)
     if len(names) < 2:
-        return {path.stem: path}
+        return {stem: path}
     motions: dict[str, Path] = {}
     for number, name in enumerate(names, 1):
-        plain = name.replace("/", "_").strip() or str(number)
-        free = plain if f"{path.stem}-{plain}" not in motions else f"{plain}-{number}"
-        motions[f"{path.stem}-{free}"] = path.with_name(f"{path.name}#{number}")
+        plain = composed(name).replace("/", "_").strip() or str(number)
+        free = plain if f"{stem}-{plain}" not in motions else f"{plain}-{number}"
+        motions[f"{stem}-{free}"] = path.with_name(f"{path.name}#{number}")
     return motions
 
 
@@ -75,13 +79,14 @@ def _bones(recording: Recording) -> np.ndarray:
     return skeleton.bone_lengths[:, None] * np.array([1.0, 0.0, 0.0])
 
 
-def facts(path: Path) -> tuple[str, str, int, float]:
+def facts(path: Path, rate: float | None = None) -> tuple[str, str, int, float]:
     """Of a file that is no BVH: hashes of its bytes and motion, and of its skeleton; frames; their rate.
 
+    rate: that of a file that states none, or one that is none.
     Raises FileError, or NotSupported where the take in the path is not there.
     """
     own, take = split_take(path)
-    recording = read(path)
+    recording = read(path, Reading(rate=rate))
     content = hashlib.sha256(own.read_bytes() + repr(take).encode())
     values = recording.rotations if recording.positions is None else recording.positions
     for array in (values, recording.root, recording.skeleton.offsets):

@@ -38,6 +38,7 @@ class Reading(OptionSet):
     body: str | None = option(
         "Which body of a file with several: name of its root, or number.", default=None
     )
+    mirror: bool = option("Mirror the file, which is left-handed: X becomes -X.", default=False)
     rate: float | None = option(
         "Frames per second that the file truly has, over what it says.", default=None
     )

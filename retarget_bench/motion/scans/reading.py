@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.files import LARGEST, check_ordinary
 
 SUFFIXES = (".ply", ".obj", ".glb", ".stl", ".off")
 _RIGGED = (".glb",)
@@ -65,6 +66,7 @@ def frames_of(path: Path) -> Iterator[Frame]:
     """
     files = files_of(path)
     for file in files:
+        check_ordinary(file, LARGEST)
         parts = list(_parts(file))
         if not parts:
             raise FileError(file, "holds no mesh")

@@ -52,8 +52,9 @@ ENDED = {
     "invalid": "gave no valid answer to",
     "failed": "failed on",
     "missing": "lacks predictions of",
+    "ok": "gave odd answers to",
 }
-"""Status of cases without an answer, as a verb."""
+"""Status of cases without an answer, or with one that is doubted, as a verb."""
 NO_BREAK = "\u00a0"
 _COMMAND = re.compile(r"\bbench [a-z-]+(?: --?[a-z][a-z-]*(?: [a-z][\w,-]*)?)*")
 
@@ -70,11 +71,12 @@ def legend(
     notes = notes or bool(table.reading)
     paragraphs = [table.finding, *reading([table], intervals, full=notes, signs=signs)]
     sentences = [problem.sentence for problem in table.problems] if notes else problem_lines(table)
+    full = table.notes if notes else ()
     return [
         *(("", each) for each in paragraphs if each),
         *(("  ", f"{name}: {meaning}") for name, meaning in (meanings(table) if notes else ())),
         *((f"[{number}] ", each) for number, each in enumerate(table.footnotes, 1)),
-        *(("- ", each) for each in (*(table.notes if notes else ()), *sentences, *table.hints)),
+        *(("- ", each) for each in dict.fromkeys([*full, *sentences, *table.hints])),
     ]
 
 
@@ -135,7 +137,8 @@ def empty_kinds(tables: Sequence[Table]) -> list[str]:
 
 
 def problem_lines(table: Table) -> list[str]:
-    """A line for each method that has cases without an answer: how many of each split, and one reason."""
+    """A line for each method that has cases without an answer, or with odd ones: how many of each split,
+    and one reason."""
     grouped: dict[tuple[str, str], list[Problem]] = {}
     for each in table.problems:
         grouped.setdefault((each.label, each.status), []).append(each)

@@ -19,7 +19,7 @@ from retarget_bench.motion.files.gltf.writing import check_frames
 from retarget_bench.motion.files.scenes.nodes import Nodes
 from retarget_bench.motion.files.scenes.reading import rigged
 from retarget_bench.motion.files.scenes.rig import Rig, is_plain
-from retarget_bench.motion.importer import Imported, as_stated
+from retarget_bench.motion.importer import Imported, as_stated, places_as_stated
 from retarget_bench.motion.recording import Recording, reach
 
 _ANGLE, _PLACE = 1e-2, 1e-5
@@ -47,7 +47,9 @@ def write(
     builder, notes = _copied(document)
     expected = as_stated(motion, like)
     animation = AnimationBuilder(builder, path.stem, motion.frames, motion.fps)
-    steps = None if places is None or not is_plain(rig.nodes, rig.body) else places / like.findings.unit[1]
+    steps = None
+    if places is not None and is_plain(rig.nodes, rig.body):
+        steps = places_as_stated(places, like)
     if places is not None and steps is None:
         notes = (*notes, "nodes are scaled unevenly: positions of inner joints are left out")
     _fill(animation, rig, rig.scene.nodes, expected, steps)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -12,6 +13,14 @@ from retarget_bench.motion.files.choice import chosen
 from retarget_bench.motion.files.scenes.nodes import Nodes
 from retarget_bench.motion.files.scenes.scene import Scene
 from retarget_bench.motion.recording import MOST_JOINTS
+
+_TRUNK = re.compile(
+    r"(?<![a-z])(?:[Hh]ips?|HIPS?|[Pp]elvis|PELVIS|[Ss]pine|SPINE|[Tt]orso)(?![a-z])|センター|下半身|腰"
+)
+"""Names of nodes with a body below them."""
+_PART = re.compile(r"hand|wrist|head|foot|ankle|toe|ball", re.IGNORECASE)
+_END = re.compile(r"(?:end|nub|tip)(?:[ _.]?site)?\d*$", re.IGNORECASE)
+"""Names of last joints, and of what ends their bones."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +108,8 @@ def _between(nodes: Nodes, top: int, members: set[int]) -> tuple[int, ...]:
 
 
 def _animated(scene: Scene) -> list[Body]:
-    """Bodies without skins: all below the node at which the animated ones of a tree meet."""
+    """Bodies without skins: all below the node at which the animated ones of a tree meet, or below the
+    first above it that is named as the trunk of a body."""
     nodes = scene.nodes
     trees: dict[int, list[int]] = {}
     for number in range(len(scene.take_names)):
@@ -107,10 +117,20 @@ def _animated(scene: Scene) -> list[Body]:
             trees.setdefault(nodes.tops[node], []).append(node)
     bodies = []
     for moved in trees.values():
-        joints = nodes.below(nodes.meeting(dict.fromkeys(moved)))
-        tips = {node for node in joints if scene.is_tip(node)}.difference(moved)
-        bodies.append(Body(tuple(node for node in joints if node not in tips), ()))
+        top = nodes.meeting(dict.fromkeys(moved))
+        named = (node for node in nodes.above(top) if _TRUNK.search(nodes.names[node]))
+        joints = nodes.below(next(named, top))
+        bodies.append(Body(tuple(node for node in joints if not _ends_bone(scene, node, {*moved})), ()))
     return bodies
+
+
+def _ends_bone(scene: Scene, node: int, animated: set[int]) -> bool:
+    """Whether a leaf that is not animated is no joint: by its name, or below a node that is animated."""
+    if node in animated or not scene.is_tip(node):
+        return False
+    name = scene.nodes.names[node]
+    carried = scene.nodes.parents[node] in animated
+    return bool(_END.search(name)) or (carried and not _PART.search(name))
 
 
 def _article(kind: str) -> str:

@@ -6,6 +6,7 @@ place in the rest pose of the body model.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from os import PathLike
@@ -21,15 +22,20 @@ from retarget_bench.motion.files.smpl.families import BY_JOINTS, FAMILIES, Famil
 from retarget_bench.motion.recording import Recording
 from retarget_bench.motion.skeleton import Skeleton
 
-_ROOT, _TRUNK, _TRANS = ("root_orient", "global_orient"), ("pose_body", "body_pose"), ("trans", "transl")
-"""Names of AMASS, and those of the arguments of SMPL models."""
+_POSES, _TRANS = ("poses", "smpl_poses"), ("trans", "transl", "smpl_trans")
+_ROOT, _TRUNK = ("root_orient", "global_orient"), ("pose_body", "body_pose")
+"""Names of AMASS, those of the arguments of SMPL models, and those of AIST++."""
+_SCALING = "smpl_scaling"
+"""The size of a person of AIST++, whose translation is that of a body so much larger than the model."""
 _OTHERS = ("pose_jaw", "pose_eye", "pose_hand")
 """The joints after root and trunk in ``poses``."""
-_RATES = ("mocap_framerate", "mocap_frame_rate")
+_RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
 _AXES = ("x", "y", "z", "-x", "-y", "-z")
 _DEFAULT_RATE = 30.0
 _SLOWEST, _FASTEST = 0.1, 10_000.0
 _MOST_TURN, _FARTHEST = 1e3, 1e9
+_ROUNDED = 1e-2
+"""How far rotation matrices may be from orthogonal."""
 _DEGREES = 8 * np.pi
 """Radians: joints that turn by more are thought to be stated in degrees."""
 
@@ -69,7 +75,7 @@ def holds_motion(path: Path) -> bool:
 
 def _is_motion(names: Iterable[str]) -> bool:
     names = set(names)
-    return "poses" in names or bool(names & set(_ROOT) and names & set(_TRUNK))
+    return bool(names & set(_POSES) or (names & set(_ROOT) and names & set(_TRUNK)))
 
 
 def read(path: Path, model: str | PathLike[str] | None = None, rate: float | None = None) -> Recording:
@@ -131,6 +137,8 @@ def parameters(path: Path, rate: float | None = None) -> Parameters:
         trans = archive.numbers(name)
         check_shape(path, name, trans, (frames, 3))
         _check_size(archive, name, trans, _FARTHEST)
+        if name == "smpl_trans" and _SCALING in archive.names:
+            trans = trans / _scaling(archive)
     else:
         trans = np.zeros((frames, 3))
         doubts.append("states no 'trans': the body stays in its place")
@@ -154,6 +162,13 @@ def parameters(path: Path, rate: float | None = None) -> Parameters:
     )
 
 
+def _scaling(archive: Archive) -> float:
+    scaling = archive.numbers(_SCALING)
+    if scaling.size != 1 or not 1e-3 <= (value := float(scaling.reshape(-1)[0])) <= 1e3:
+        raise FileError(archive.path, f"has {_SCALING!r} that is no size of a body: leave it out")
+    return value
+
+
 def _first(archive: Archive, names: tuple[str, ...]) -> str:
     """The first of some names that an archive has, or ""."""
     return next((name for name in names if name in archive.names), "")
@@ -172,11 +187,14 @@ def _parts(archive: Archive) -> np.ndarray:
 
 def _turns(archive: Archive) -> tuple[np.ndarray, list[str]]:
     """``(frames, joints, 3)`` of all joints, and doubts."""
-    in_one = "poses" in archive.names
-    poses = archive.numbers("poses") if in_one else _parts(archive)
-    what = "'poses'" if in_one else "root, body and hands together"
-    if poses.ndim == 3 and poses.shape[2] == 3:
-        poses = poses.reshape(len(poses), 3 * poses.shape[1])
+    name = _first(archive, _POSES)
+    poses = archive.numbers(name) if name else _parts(archive)
+    what = repr(name) if name else "root, body and hands together"
+    if poses.shape[2:] in ((3,), (3, 3)):
+        poses = poses.reshape(len(poses), math.prod(poses.shape[1:]))
+    _check_size(archive, name or "poses", poses, _MOST_TURN)
+    if poses.ndim == 2 and len(poses) and poses.shape[1] in {9 * joints for joints in BY_JOINTS}:
+        poses = _of_matrices(archive.path, what, poses.reshape(len(poses), -1, 3, 3))
     if poses.ndim != 2 or poses.shape[1] not in {3 * joints for joints in BY_JOINTS}:
         shapes = ", ".join(f"{3 * len(family)} ({family.name})" for family in FAMILIES)
         raise FileError(
@@ -185,12 +203,20 @@ def _turns(archive: Archive) -> tuple[np.ndarray, list[str]]:
         )
     if not len(poses):
         raise FileError(archive.path, "has no frames")
-    _check_size(archive, "poses", poses, _MOST_TURN)
     turns = poses.reshape(len(poses), -1, 3)
     doubts = []
     if (most := float(np.linalg.norm(turns, axis=2).max())) > _DEGREES:
         doubts.append(f"turns by up to {most:.0f} radians: are they degrees?")
     return turns, doubts
+
+
+def _of_matrices(path: Path, what: str, matrices: np.ndarray) -> np.ndarray:
+    """``(frames, 3 joints)`` axis times angle, of rotation matrices ``(frames, joints, 3, 3)``."""
+    off = np.abs(matrices @ matrices.swapaxes(-1, -2) - np.eye(3)).max(initial=0.0)
+    if off > _ROUNDED or (np.linalg.det(matrices) < 0).any():
+        raise FileError(path, f"has {what} with matrices that are no rotations")
+    turns = (rotation.to_rotation_vector(rotation.from_matrix(frame)) for frame in matrices)
+    return np.stack([turn.reshape(-1) for turn in turns])
 
 
 def _betas(archive: Archive, frames: int) -> tuple[np.ndarray, list[str]]:
