@@ -25,13 +25,13 @@ from retarget_bench.motion.measures import measure
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.recording import Recording
 from retarget_bench.motion.reference_pose import BONE_TOLERANCE
+from retarget_bench.motion.role_finding import find as find_roles
 from retarget_bench.motion.roles import (
     ESSENTIAL,
     explain,
     has_level_trunk,
     is_quadruped,
 )
-from retarget_bench.motion.roles import find as find_roles
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.motion.up_axis import SAMPLE, UP_AXES, Axis
 

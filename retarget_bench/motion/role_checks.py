@@ -115,7 +115,8 @@ def _sides(motion: Motion) -> Iterator[Contradiction]:
             continue
         apart = sample.positions[:, joints[0]] - sample.positions[:, joints[1]]
         sine = float((rotation.unit(apart) * to_the_left).sum(axis=1).mean())
-        sides = [aliases.read(motion.skeleton.names[each]).side for each in joints]
+        names = aliases.read(motion.skeleton.names)
+        sides = [names[each].side for each in joints]
         if sine < -_CLEAR or (sine < _CLEAR and sides == list(SIDES[::-1])):
             yield pair, f"{pair[0]} and {pair[1]} are on the other side"
 
