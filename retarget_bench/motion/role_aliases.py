@@ -52,7 +52,7 @@ LIMB_STEMS: dict[str, tuple[str, ...]] = {
         ("leg", "unterschenkel knie mollet genou pantorrilla rodilla ひざ 膝 すね 小腿 голень колено"),
         ("foot", "ankle knöchel fußgelenk cheville tobillo 足首 脚踝 脚腕 лодыжка"),
         ("foot toe", "foot fuß pied pie стопа"),
-        ("toe", "toe toes toebase ball zeh zehe zehen orteil orteils punta つま先 脚趾 脚尖 носок"),
+        ("toe", "toe toes toebase ball digit zeh zehe zehen orteil orteils punta つま先 脚趾 脚尖 носок"),
         ("toe_end", "toeend toesend toebaseend toenub toetip"),
     )
     for stem in fold(stems).split()
@@ -129,6 +129,8 @@ _PREFIX = re.compile(
     r"|j_(?:bip|sec|adj)_|npc[ _])+",
     re.I,
 )
+_BRACKETED = re.compile(r"\[.*\]$")
+"""A short form behind a name: ``Pelvis [Pelv]``."""
 _WORD = re.compile(
     r"(?<![A-Za-z])[LR](?=[A-Z]{2}[a-z])|[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+|[左右]|[^\W\d_A-Za-z左右]+"
 )
@@ -164,7 +166,7 @@ class Name:
 @lru_cache(maxsize=64)
 def read(names: tuple[str, ...]) -> tuple[Name, ...]:
     """Cut a skeleton's joint names up: ``mixamorig:LeftHandThumb2`` -> left, stem handthumb, number 2."""
-    cuts = _without_shared_ends([words(strip_prefix(name)) for name in names])
+    cuts = _without_shared_ends([words(_BRACKETED.sub("", strip_prefix(name))) for name in names])
     return tuple(map(_name, names, cuts))
 
 

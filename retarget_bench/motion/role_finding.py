@@ -3,8 +3,8 @@
 Names decide, by the table of ``role_aliases.py``, and the tree checks: the joints of a limb must hang below
 each other in anatomical order, and the hips are the joint that carries both the legs and the spine,
 whatever they are called. Chains are complete: a joint between two known ones of a chain (hips to head,
-trunk to hand, hips to foot) belongs to it, whatever it is called, unless it divides a bone or lies where its
-parent does.
+trunk to hand, hips to foot) belongs to it, whatever it is called, unless it divides a bone or lies where
+its parent does.
 """
 
 import difflib
@@ -105,7 +105,13 @@ class _Search:
                         options[joint] = {parts.index(m): 1.0 - 0.1 * k for k, m in enumerate(meanings)}
                 run = {parts[rank]: joint for joint, rank in _best_run(self.skeleton, options)}
                 run |= self._inside(run, parts)
+                if "shoulder" in run and "arm" not in run and self.means_arm(run["shoulder"]):
+                    run["arm"] = run.pop("shoulder")
                 self.give({f"{side}_{part}": joint for part, joint in run.items()})
+
+    def means_arm(self, joint: int) -> bool:
+        """Whether a joint of the shoulder may be where the arm begins, by its name."""
+        return "arm" in aliases.LIMB_STEMS.get(self.names[joint].stem, ())
 
     def _inside(self, run: Mapping[str, int], parts: Sequence[str]) -> dict[str, int]:
         """The joints of a limb that lie between others of it, or that end it, whatever they are called.
