@@ -18,7 +18,7 @@ class Scheme:
     """Names of a body's joints, separated by ``|``, from the hips outwards; ``#`` stands for the side.
 
     ``(name)`` is a joint of no role inside a bone, ``[name]`` one beside what follows.
-    trunk: the hips, with what carries them before a ``/``, and the spine. neck: neck and head, the head last.
+    trunk: the hips, with what carries them before a ``/``, and the spine. neck: neck and head.
     arm: with a shoulder or without. leg: with a toe or without. sides: the words for left and right.
     around: what stands before and behind every name.
     """
@@ -86,7 +86,7 @@ class _Body:
             if name[0] == "(":
                 place: Sequence[float] = (np.array(here) + where[0]) / 2
             else:
-                place = np.array(here) + (0.0, 0.0, 0.01) if name[0] == "[" else where.pop(0)
+                place = np.add(here, (0.0, 0.0, 0.01)) if name[0] == "[" else where.pop(0)
             self.roles[bare.join(self.around)] = None if name[0] in "([" else rest.pop(0)
             self.parents.append(above)
             self.places.append(place)
