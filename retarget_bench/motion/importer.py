@@ -145,7 +145,7 @@ def _findings(
         up_explicit=axis.explicit,
         up_prescribed=not axis.explicit and recording.up != "",
         notes=(*recording.notes, *settled.notes),
-        doubts=(*recording.doubts, *axis.doubts, *settled.doubts),
+        doubts=(*recording.doubts, *axis.doubts, *settled.doubts, *role_checks.left_out(motion)),
         dropped=settled.dropped,
         joints=tuple(zip(joints.names, explain(joints, roles), strict=True)),
         missing=tuple(role for role in ESSENTIAL if role not in roles),

@@ -22,6 +22,8 @@ _SAMPLES = 200
 """Frames that are looked at."""
 _CLEAR = 0.3
 """Distance of the mean sine from 0 beyond which a body is left- or right-handed."""
+_BENT = np.radians(15.0)
+"""Radians that a joint of no role may bend unnoticed."""
 _MOST = 4
 """Contradictions in one sentence."""
 
@@ -100,6 +102,44 @@ def _attached(skeleton: Skeleton, joint: Mapping[str, int]) -> Iterator[Contradi
         arms, legs = (" and ".join(early[first::2]) for first in (0, 1))
         begin = "begins" if len(early) == 2 else "begin"
         yield tuple(early), f"{arms} {begin} below {legs}, as if exchanged"
+
+
+def left_out(motion: Motion) -> tuple[str, ...]:
+    """A sentence for each bone of trunk, neck and limbs inside which joints of no role bend: no method
+    drives these.
+
+    A joint that turns about its bone alone, as twist bones do, does not bend.
+    """
+    skeleton, roles = motion.skeleton, motion.character.roles
+    sample = motion.at(np.unique(np.linspace(0, motion.frames - 1, _SAMPLES).astype(int)))
+    sentences: list[str] = []
+    for role, joint in motion.character.joint_of.items():
+        over = ancestors(skeleton, joint)
+        count = next((k for k, above in enumerate(over) if roles[above] is not None), None)
+        if count is None or is_finger(role):
+            continue
+        top, inside = over[count], over[:count]
+        parts = {body_part(role), body_part(str(roles[top]))}
+        angles = [_bend(sample, above, below) for below, above in pairwise((joint, *inside))]
+        bent = [skeleton.names[each] for each, angle in zip(inside, angles, strict=True) if angle > _BENT]
+        if bent and (len(parts) == 1 or parts == {"trunk", "head"}):
+            turn, are = ("turns", "is") if len(bent) == 1 else ("turn", "are")
+            sentences.append(
+                f"{skeleton.names[top]} to {skeleton.names[joint]}: {' and '.join(bent[::-1])} {turn} by "
+                f"up to {np.degrees(max(angles)):.0f} degrees and {are} left out: say which roles they have "
+                "(roles=FILE)"
+            )
+    return tuple(sentences)
+
+
+def _bend(motion: Motion, joint: int, below: int) -> float:
+    """Radians by which the bone from a joint to one below it turns away from its first direction; without a
+    length, by which the joint turns."""
+    rotations, bone = motion.rotations[:, joint], rotation.unit(motion.skeleton.offsets[below])
+    if not bone.any():
+        return float(rotation.angle(rotations[:1], rotations).max())
+    directions = rotation.rotate(rotations, bone)
+    return float(np.arccos(np.clip(directions @ directions[0], -1.0, 1.0)).max())
 
 
 # ------------------------------------------------------------------------------------------------- sides
