@@ -126,7 +126,7 @@ def left_out(motion: Motion) -> tuple[str, ...]:
             turn, are = ("turns", "is") if len(bent) == 1 else ("turn", "are")
             sentences.append(
                 f"{skeleton.names[top]} to {skeleton.names[joint]}: {' and '.join(bent[::-1])} {turn} by "
-                f"up to {np.degrees(max(angles)):.0f} degrees and {are} left out: say which roles they have "
+                f"up to {np.degrees(max(angles)):.0f} degrees and {are} left out: say what they are "
                 "(roles=FILE)"
             )
     return tuple(sentences)

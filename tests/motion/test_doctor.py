@@ -97,7 +97,7 @@ def test_names_that_toml_must_quote_survive(file, tmp_path):
     imported = load(file)
     proposal = tmp_path / "reading.toml"
     proposal.write_text(doctor.reading_text(imported))
-    assert Reading(reading=proposal).overrides['Gizmo\\"one"'] is None
+    assert Reading(reading=proposal).overrides['Gizmo\\"one"'] == "left_hand"
     assert Reading(reading=proposal) == imported.settled
 
 
