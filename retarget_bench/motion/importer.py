@@ -100,7 +100,9 @@ def understood(
 ) -> Imported:
     """``load`` of what was read already, as the file has it."""
     recording = with_rotations(stated if reading.rate is None else replace(stated, fps=reading.rate))
-    roles = find_roles(recording.skeleton, reading.overrides)
+    explicit = reading.overrides
+    stated_roles = {name: role for name, role in stated.roles.items() if role not in explicit.values()}
+    roles = find_roles(recording.skeleton, {**stated_roles, **explicit})
     axis = up_axis.axis(recording, roles, reading.up)
     upright = up_axis.upright(recording, axis.up)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // SAMPLE]

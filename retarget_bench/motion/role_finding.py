@@ -104,6 +104,11 @@ class _Search:
                     if name.side == side and meanings:
                         options[joint] = {parts.index(m): 1.0 - 0.1 * k for k, m in enumerate(meanings)}
                 run = {parts[rank]: joint for joint, rank in _best_run(self.skeleton, options)}
+                run |= {
+                    part: self.joint_of[f"{side}_{part}"]
+                    for part in parts
+                    if f"{side}_{part}" in self.joint_of
+                }
                 run |= self._inside(run, parts)
                 if "shoulder" in run and "arm" not in run and self.means_arm(run["shoulder"]):
                     run["arm"] = run.pop("shoulder")

@@ -11,6 +11,7 @@ from editing_bodies import body
 import retarget_bench as rb
 from retarget_bench.motion.findings import NO_ROLE
 from retarget_bench.motion.importer import load
+from retarget_bench.viewer.bodies import radii
 
 
 @pytest.fixture
@@ -94,6 +95,32 @@ def test_daz(cases: Path) -> None:
     ]
     assert not findings.missing
     assert not findings.not_understood
+
+
+@pytest.mark.parametrize("file", ["09_vrm1_oddnames.vrm", "09b_vrm0_oddnames.vrm"])
+def test_vrm_files_state_what_is_what(cases: Path, file: str) -> None:
+    usual = roles_of(cases / "01_spine_words_silent" / "bow.bvh")
+    roles = roles_of(cases / "06_vrm_humanoid_ignored" / file)
+    assert sorted(roles.values()) == sorted(usual.values())
+
+
+def test_handles_of_a_rig_are_not_drawn(cases: Path) -> None:
+    """Nor is the way from the root on the floor to the hips."""
+    character = load(cases / "13_ue5_helpers_drawn" / "rig_ue5.bvh").motion.character
+    drawn = {
+        name
+        for name, radius in zip(character.skeleton.names, radii(character), strict=True)
+        if radius.any()
+    }
+    assert not drawn & {
+        "pelvis",
+        "ik_hand_gun",
+        "ik_foot_root",
+        "ik_hand_l",
+        "center_of_mass",
+        "interaction",
+    }
+    assert {"spine_01", "head", "thigh_l", "hand_r", "index_02_l", "upperarm_twist_02_l"} <= drawn
 
 
 @pytest.mark.usefixtures("forked")
