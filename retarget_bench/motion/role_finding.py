@@ -129,9 +129,9 @@ class _Search:
             out |= self._between(run[above], run[below], missing)
         joints = {**run, **out}
         for bend, end in (("forearm", "hand"), ("leg", "foot")):
-            below = self.skeleton.children[joints[bend]] if bend in joints and end not in joints else ()
-            if len(below) == 1 and self.bends(below[0]):
-                out[end] = below[0]
+            ends = self.skeleton.children[joints[bend]] if bend in joints and end not in joints else ()
+            if len(ends) == 1 and self.bends(ends[0]):
+                out[end] = ends[0]
         return out
 
     def _between(self, high: int, low: int, parts: Sequence[str]) -> dict[str, int]:
