@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.motion import files, role_checks, rotation, species, up_axis
+from retarget_bench.motion import files, kinematics, role_checks, role_structure, rotation, species, up_axis
 from retarget_bench.motion import inner_positions as inner
 from retarget_bench.motion.body import FORWARD, LEFT, UP, PosedBody
 from retarget_bench.motion.character import Character, Motion, Positions
@@ -46,6 +46,10 @@ _TALL = 1.6
 
 _ON_ITS_SIDE = math.sin(math.radians(60.0))
 """How upright the line between the sides is of a body that lies on one of them."""
+_GUESSED = (
+    "names do not say what joints are: {} roles are a guess by the tree and the places of joints: look at "
+    "them (bench doctor --sheet)"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +106,8 @@ def understood(
     recording = with_rotations(stated if reading.rate is None else replace(stated, fps=reading.rate))
     explicit = reading.overrides
     stated_roles = {name: role for name, role in stated.roles.items() if role not in explicit.values()}
-    roles = find_roles(recording.skeleton, {**stated_roles, **explicit})
+    named = find_roles(recording.skeleton, {**stated_roles, **explicit})
+    roles = role_structure.completed(recording.skeleton, named, _places(recording), explicit)
     axis = up_axis.axis(recording, roles, reading.up)
     upright = up_axis.upright(recording, axis.up)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // SAMPLE]
@@ -111,6 +116,8 @@ def understood(
     places = None if recording.places is None else recording.places * size.unit[1]
     settled = inner.settled(_scaled(body, upright, size.unit[1]), places, reading.inner_positions)
     motion, places = settled.motion, settled.places
+    if guessed := sum(role != name for role, name in zip(roles, named, strict=True)):
+        recording = replace(recording, doubts=(*recording.doubts, _GUESSED.format(guessed)))
     findings = _findings(path, stated, recording, axis, size, settled, reading.rate is not None)
     if reading.overrides and (doubt := role_checks.doubt(motion, reading.overrides)):
         findings = replace(findings, doubts=(*findings.doubts, doubt))
@@ -119,6 +126,13 @@ def understood(
             places = Positions(motion.character, places, motion.fps).resample(fps).positions
         motion = motion.resample(fps)
     return Imported(motion, findings, reading, places)
+
+
+def _places(recording: Recording) -> np.ndarray:
+    """``(frames, joints, 3)`` of a sample of a recording, in its unit and axes."""
+    sample = slice(None, None, 1 + (len(recording.rotations) - 1) // SAMPLE)
+    rotations, root = recording.rotations[sample], recording.root[sample]
+    return kinematics.forward(recording.skeleton, rotations, root)[0]
 
 
 def _findings(

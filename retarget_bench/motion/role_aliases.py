@@ -33,7 +33,10 @@ def _words(text: str) -> frozenset[str]:
 LIMB_STEMS: dict[str, tuple[str, ...]] = {
     stem: tuple(roles.split())
     for roles, stems in (
-        ("shoulder", "clavicle clav collar collarbone scapula schlüsselbein clavicule clavícula 锁骨 ключица"),
+        (
+            "shoulder",
+            "clavicle clav collar collarbone scapula schlüsselbein clavicule clavícula 锁骨 ключица",
+        ),
         ("shoulder arm", "shoulder shldr schulter épaule hombro 肩 плечо"),
         ("arm forearm", "arm bras brazo рука"),
         ("arm", "uparm upperarm armupper uarm humerus oberarm 腕 上腕 上臂 大臂"),
@@ -52,7 +55,10 @@ LIMB_STEMS: dict[str, tuple[str, ...]] = {
         ("leg", "unterschenkel knie mollet genou pantorrilla rodilla ひざ 膝 すね 小腿 голень колено"),
         ("foot", "ankle knöchel fußgelenk cheville tobillo 足首 脚踝 脚腕 лодыжка"),
         ("foot toe", "foot fuß pied pie стопа"),
-        ("toe", "toe toes toebase ball bigtoe digit zeh zehe zehen orteil orteils punta つま先 脚趾 脚尖 носок"),
+        (
+            "toe",
+            "toe toes toebase ball bigtoe digit zeh zehe zehen orteil orteils punta つま先 脚趾 脚尖 носок",
+        ),
         ("toe_end", "toeend toesend toebaseend toenub toetip"),
     )
     for stem in fold(stems).split()

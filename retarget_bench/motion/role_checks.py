@@ -15,6 +15,7 @@ from retarget_bench.motion import role_aliases as aliases
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Motion
 from retarget_bench.motion.role_aliases import NUMBERED_FINGERS
+from retarget_bench.motion.role_structure import to_the_left
 from retarget_bench.motion.roles import LIMB_ROLES, SIDES, ancestors, body_part, common_ancestor, is_finger
 from retarget_bench.motion.skeleton import Skeleton
 
@@ -147,32 +148,19 @@ def _sides(motion: Motion) -> Iterator[Contradiction]:
     """Pairs of limbs whose left is where the right has to be, by how legs bend; where these do not tell, by
     the names of the joints."""
     sample = motion.at(np.unique(np.linspace(0, motion.frames - 1, _SAMPLES).astype(int)))
-    to_the_left = _to_the_left(sample)
+    legs = (
+        sample.character.joints([f"{side}_{part}" for part in ("up_leg", "leg", "foot", "toe")])
+        for side in SIDES
+    )
+    left = to_the_left([[sample.positions[:, joint] for joint in leg] for leg in legs])
     for part in ("arm", "up_leg"):
         pair = tuple(f"{side}_{part}" for side in SIDES)
         joints = sample.character.joints(pair)
         if len(joints) < 2:
             continue
         apart = sample.positions[:, joints[0]] - sample.positions[:, joints[1]]
-        sine = float((rotation.unit(apart) * to_the_left).sum(axis=1).mean())
+        sine = float((rotation.unit(apart) * left).sum(axis=1).mean())
         names = aliases.read(motion.skeleton.names)
         sides = [names[each].side for each in joints]
         if sine < -_CLEAR or (sine < _CLEAR and sides == list(SIDES[::-1])):
             yield pair, f"{pair[0]} and {pair[1]} are on the other side"
-
-
-def _to_the_left(motion: Motion) -> np.ndarray:
-    """``(frames, 3)`` where the left is whatever joints are called left, of bodies on two legs and on four.
-
-    Knees bend backwards and feet point forwards against their shanks in every pose: the axis of these bends
-    points left. The mean over legs, as long as the sine of the bends; zero without legs.
-    """
-    places, bends = motion.positions, []
-    for side in SIDES:
-        leg = motion.character.joints([f"{side}_{part}" for part in ("up_leg", "leg", "foot", "toe")])
-        bones = [rotation.unit(places[:, low] - places[:, high]) for high, low in pairwise(leg)]
-        bends += [
-            sign * np.cross(upper, lower)
-            for sign, (upper, lower) in zip((1.0, -1.0), pairwise(bones), strict=False)
-        ]
-    return np.sum(bends, axis=0) / 2 if bends else np.zeros((motion.frames, 3))
