@@ -15,7 +15,7 @@ from retarget_bench.motion.joint_regression import joint_positions
 from retarget_bench.motion.measures import Measures, measure
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.reference_pose import reference_pose
-from retarget_bench.motion.roles import find as find_roles
+from retarget_bench.motion.role_finding import find as find_roles
 from retarget_bench.motion.roles import stands_on_four
 from retarget_bench.motion.skeleton import Skeleton, frozen
 
@@ -74,7 +74,7 @@ class Character:
     ) -> Character:
         """A character with whatever is not given found from its skeleton.
 
-        roles:  by joint names when None (``roles.find``).
+        roles:  by joint names when None (``role_finding.find``).
         sample: ``(frames, joints, 4)`` local rotations of any motion of this body. They show how bones are
                 twisted where the rest pose does not (all along one axis), and how elbows bend.
         """

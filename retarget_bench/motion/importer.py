@@ -13,7 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.motion import files, plausibility, role_checks, rotation, species, up_axis
+from retarget_bench.motion import (
+    files,
+    kinematics,
+    plausibility,
+    role_checks,
+    role_structure,
+    rotation,
+    species,
+    up_axis,
+)
 from retarget_bench.motion import inner_positions as inner
 from retarget_bench.motion.body import FORWARD, LEFT, UP, PosedBody
 from retarget_bench.motion.character import Character, Motion, Positions
@@ -25,13 +34,13 @@ from retarget_bench.motion.measures import measure
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.recording import MIRROR, Recording, mirrored
 from retarget_bench.motion.reference_pose import BONE_TOLERANCE
+from retarget_bench.motion.role_finding import find as find_roles
 from retarget_bench.motion.roles import (
     ESSENTIAL,
     explain,
     has_level_trunk,
     is_quadruped,
 )
-from retarget_bench.motion.roles import find as find_roles
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.motion.up_axis import SAMPLE, UP_AXES, Axis
 
@@ -46,6 +55,10 @@ _TALL = 1.6
 
 _ON_ITS_SIDE = math.sin(math.radians(60.0))
 """How upright the line between the sides is of a body that lies on one of them."""
+_GUESSED = (
+    "names do not say what joints are: {} roles are a guess by the tree and the places of joints: look at "
+    "them (bench doctor --sheet)"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +115,10 @@ def understood(
     recording = with_rotations(stated if reading.rate is None else replace(stated, fps=reading.rate))
     if reading.mirror:
         recording = mirrored(recording)
-    roles = find_roles(recording.skeleton, reading.overrides)
+    explicit = reading.overrides
+    stated_roles = {name: role for name, role in stated.roles.items() if role not in explicit.values()}
+    named = find_roles(recording.skeleton, {**stated_roles, **explicit})
+    roles = role_structure.completed(recording.skeleton, named, _places(recording), explicit)
     axis = up_axis.axis(recording, roles, reading.up)
     upright = up_axis.upright(recording, axis.up)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // SAMPLE]
@@ -111,6 +127,8 @@ def understood(
     places = None if recording.places is None else recording.places * size.unit[1]
     settled = inner.settled(_scaled(body, upright, size.unit[1]), places, reading.inner_positions)
     motion, places = settled.motion, settled.places
+    if guessed := sum(role != name for role, name in zip(roles, named, strict=True)):
+        recording = replace(recording, doubts=(*recording.doubts, _GUESSED.format(guessed)))
     findings = _findings(path, stated, recording, axis, size, settled, reading.rate is not None)
     sides = role_checks.doubt(motion, _changed(recording.skeleton, reading), mirrored=reading.mirror)
     more = (*filter(None, [sides]), *plausibility.doubts(motion))
@@ -129,6 +147,13 @@ def _changed(skeleton: Skeleton, reading: Reading) -> dict[str, str | None]:
         return {}
     inferred = dict(zip(skeleton.names, find_roles(skeleton), strict=True))
     return {name: role for name, role in reading.overrides.items() if inferred[name] != role}
+
+
+def _places(recording: Recording) -> np.ndarray:
+    """``(frames, joints, 3)`` of a sample of a recording, in its unit and axes."""
+    sample = slice(None, None, 1 + (len(recording.rotations) - 1) // SAMPLE)
+    rotations, root = recording.rotations[sample], recording.root[sample]
+    return kinematics.forward(recording.skeleton, rotations, root)[0]
 
 
 def _findings(
@@ -157,7 +182,7 @@ def _findings(
         up_explicit=axis.explicit,
         up_prescribed=not axis.explicit and recording.up != "",
         notes=(*recording.notes, *settled.notes),
-        doubts=(*recording.doubts, *axis.doubts, *settled.doubts),
+        doubts=(*recording.doubts, *axis.doubts, *settled.doubts, *role_checks.left_out(motion)),
         dropped=settled.dropped,
         joints=tuple(zip(joints.names, explain(joints, roles), strict=True)),
         missing=tuple(role for role in ESSENTIAL if role not in roles),

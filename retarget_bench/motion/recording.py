@@ -1,7 +1,7 @@
 """A motion as a file states it, before anything is guessed about it: what every reader gives."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from typing import Any
 
@@ -32,6 +32,7 @@ class Recording:
                None: the file has none.
     places:    ``(frames, joints, 3)`` every joint in its parent's frame, in the file's unit, where joints
                below the root move against their parents (``inner_positions.py``); None: none does.
+    roles:     joint name -> role, where the file states what joints are.
     rate_stated: False where the file does not say its rate; ``fps`` is then the usual one of the format.
     """
 
@@ -47,6 +48,7 @@ class Recording:
     positions: np.ndarray | None = None
     rate_stated: bool = True
     places: np.ndarray | None = None
+    roles: Mapping[str, str] = field(default_factory=dict)
 
 
 def of_positions(skeleton: Skeleton, positions: np.ndarray, fps: float, **facts: Any) -> Recording:

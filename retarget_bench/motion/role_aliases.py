@@ -1,12 +1,17 @@
 """Spellings of body parts in rigs: a table from name stems to roles, and the cutting of names into stems.
 
-A name is cut into a side (left, right or none), a stem (lower case letters) and numbers. What a stem can
-mean is listed best meaning first; where it can mean two things (``LeftHip`` is the upper leg in one rig
-and a helper above it in another), the joints around it decide (``roles.py``).
+The names of a skeleton are read together: words that nearly all of them begin or end with (a rig's prefix)
+are dropped. Each is cut into a side (left, right or none), a stem (lower case letters without accents) and
+numbers. What a stem can mean is listed best meaning first; where it can mean two things (``LeftHip`` is the
+upper leg in one rig and a helper above it in another), the joints around it decide (``roles.py``).
 """
 
 import re
+import unicodedata
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 LIMBS: dict[str, tuple[str, ...]] = {
     "arm": ("shoulder", "arm", "forearm", "hand"),
@@ -14,26 +19,61 @@ LIMBS: dict[str, tuple[str, ...]] = {
 }
 """The chain of roles of each limb, from the body outwards."""
 
+
+def fold(text: str) -> str:
+    """The text without accents, in one width of letters: ``Épaule`` -> ``Epaule``, ``ﾋｻﾞ`` -> ``ヒサ``."""
+    decomposed = unicodedata.normalize("NFKD", text.replace("ß", "ss"))
+    return "".join(letter for letter in decomposed if not unicodedata.combining(letter))
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(fold(text).split())
+
+
 LIMB_STEMS: dict[str, tuple[str, ...]] = {
     stem: tuple(roles.split())
     for roles, stems in (
-        ("shoulder", "clavicle collar collarbone scapula"),
-        ("shoulder arm", "shoulder"),
-        ("arm", "arm uparm upperarm armupper humerus"),
-        ("forearm", "forearm loarm lowerarm armlower elbow radius"),
-        ("hand", "wrist hand palm"),
+        (
+            "shoulder",
+            "clavicle clav collar collarbone scapula schlüsselbein clavicule clavícula 锁骨 ключица",
+        ),
+        ("shoulder arm", "shoulder shldr schulter épaule hombro 肩 плечо"),
+        ("arm forearm", "arm bras brazo рука"),
+        ("arm", "uparm upperarm armupper uarm humerus oberarm 腕 上腕 上臂 大臂"),
+        ("forearm", "forearm loarm lowarm lowerarm armlower farm elbow radius"),
+        (
+            "forearm",
+            "unterarm ellbogen avantbras coude antebrazo codo ひじ 肘 前腕 前臂 小臂 предплечье локоть",
+        ),
+        ("hand", "wrist hand palm handgelenk main poignet mano muñeca 手首 手 手腕 手掌 кисть"),
         ("arm forearm hand", "wing wingbone"),
         ("up_leg", "upleg upperleg legupper thigh femur hip"),
-        ("leg up_leg", "leg"),
-        ("leg", "loleg lowerleg leglower calf shin tibia knee"),
-        ("foot", "ankle"),
-        ("foot toe", "foot"),
-        ("toe", "toe toes toebase ball"),
-        ("toe_end", "toeend toesend toebaseend toenub"),
+        ("up_leg", "oberschenkel hüfte cuisse hanche muslo cadera 大腿 もも 太もも бедро"),
+        ("leg up_leg", "leg bein jambe pierna нога"),
+        ("up_leg leg foot", "足 脚"),
+        ("leg", "loleg lowleg lowerleg leglower calf shin tibia knee"),
+        ("leg", "unterschenkel knie mollet genou pantorrilla rodilla ひざ 膝 すね 小腿 голень колено"),
+        ("foot", "ankle knöchel fußgelenk cheville tobillo 足首 脚踝 脚腕 лодыжка"),
+        ("foot toe", "foot fuß pied pie стопа"),
+        (
+            "toe",
+            "toe toes toebase ball bigtoe digit zeh zehe zehen orteil orteils punta つま先 脚趾 脚尖 носок",
+        ),
+        ("toe_end", "toeend toesend toebaseend toenub toetip"),
     )
-    for stem in stems.split()
+    for stem in fold(stems).split()
 }
 """Stems of joints that have a side -> roles without the side, best meaning first."""
+
+_FORE, _HIND = _words("front fore"), _words("back hind rear")
+_AS_FORE_LEG = {"up_leg": "arm", "leg": "forearm", "foot": "hand"}
+LIMB_STEMS |= {
+    where + stem: tuple(_AS_FORE_LEG[role] if where in _FORE else role for role in roles)
+    for stem, roles in tuple(LIMB_STEMS.items())
+    for where in _FORE | _HIND
+    if set(roles) <= _AS_FORE_LEG.keys()
+}
+"""Fore legs have the roles of arms."""
 
 HOCK_STEMS = frozenset(("horselink", "hock", "cannon", "metatarsus", "tarsus"))
 HOCKED: dict[str, tuple[str, ...]] = {
@@ -46,25 +86,36 @@ HOCKED: dict[str, tuple[str, ...]] = {
 animals whose foot is one bone, and what hangs below it is one role farther out."""
 
 
-def _words(text: str) -> frozenset[str]:
-    return frozenset(text.split())
-
-
-SPINE_STEMS = _words("spine chest upperchest lowerback upperback midback back waist thorax torso abdomen")
-TAIL_STEMS = _words("tail tailbase tailroot tailbone")
-NECK_STEMS = _words("neck lowerneck upperneck necktwist")
+SPINE_STEMS = _words(
+    "spine chest upperchest lowerback upperback midback back waist thorax torso abdomen ribcage"
+    " 上半身 脊柱 脊椎 胸"
+)
+TAIL_STEMS = _words("tail tailbase tailroot tailbone schwanz queue cola 尾 хвост")
+NECK_STEMS = _words(
+    "neck lowerneck upperneck neckupper necklower necktwist headnecklower hals cou cuello 首 颈 脖子 шея"
+)
+HEAD_STEMS = _words("head neckhead headneckupper kopf tête cabeza 頭 头 голова")
+_TRUNK_STEMS = SPINE_STEMS | TAIL_STEMS | NECK_STEMS | HEAD_STEMS
 HEAD_TOP_STEMS = _words("headtop headtopend headend headnub topofhead")
-HIPS_STEMS = _words("hips hip pelvis root boneroot cog")
+HIPS_STEMS = _words("hips hip pelvis root boneroot cog becken bassin caderas センター 腰 骨盆 таз")
 NUMBERED_FINGERS = ("thumb", "index", "middle", "ring", "pinky")
 """The fingers finger1 to finger5."""
+_OF_FINGERS = _words("hand finger f")
+"""Words beside the name of a finger."""
 FINGERS = {name: name for name in NUMBERED_FINGERS} | {
     "mid": "middle",
     "pinkie": "pinky",
     "little": "pinky",
+    "親指": "thumb",
+    "人指": "index",
+    "中指": "middle",
+    "薬指": "ring",
+    "小指": "pinky",
 }
 
 HELPER_WORDS = _words(
-    "helper twist share split roll dummy joint pelvis metacarpal metatarsal base finger fingers ik pole nub"
+    "helper twist share split roll dummy joint pelvis carpal metacarpal metatarsal metatarsals base finger"
+    " fingers ik pole nub"
 )
 """Names with one of these words belong to the body but carry no role: they follow their parent."""
 
@@ -76,12 +127,36 @@ EXTRA_WORDS = _words(
 )
 """Names with one of these words are clothes, hair, props, parts of the face or single toes."""
 
+DIVIDING_WORDS = _words("helper twist share split roll dummy to ik pole nub")
+"""Of these, names of joints that divide a bone, or lie beside one, without a bend of their own."""
+
 _PREFIX = re.compile(
-    r"^(?:.*:|cc_base_|mixamorig\d*_?|bip\d*[ _]?|rl_|b_(?=[lr]_|[a-z]{3})|def-|bind_|bn_|jnt_|npc[ _])+",
+    r"^(?:.*:|cc_base_|mixamorig\d*_?|valvebiped\.|bip\d*[ _]?|rl_|b_(?=[lr]_|[a-z]{3})|def-|bind_|bn_|jnt_"
+    r"|j_(?:bip|sec|adj)_|npc[ _])+",
     re.I,
 )
-_WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
-_SIDES = {"left": "left", "l": "left", "lft": "left", "right": "right", "r": "right", "rgt": "right"}
+_BRACKETED = re.compile(r"\[.*\]$")
+"""A short form behind a name: ``Pelvis [Pelv]``."""
+_WORD = re.compile(
+    r"(?<![A-Za-z])[LR](?=[A-Z]{2}[a-z])|[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+|[左右]|[^\W\d_A-Za-z左右]+"
+)
+_SIDES = {
+    word: side
+    for side, words in (
+        ("left", "left l lf lt lft links linke gauche izquierda izquierdo izq 左 лев левая"),
+        (
+            "right",
+            "right r rt rgt rechts rechte droite droit derecha derecho der 右 прав правая",
+        ),
+    )
+    for word in fold(words).split()
+}
+_MIDDLE = _words("c m x")
+"""Letters for joints of neither side."""
+_MODIFIERS = _words("bend stretch")
+"""Words of the bone of a limb itself, where others stand for its twist."""
+_NEARLY_ALL = 0.75
+"""Share of the names that have a rig's prefix or suffix."""
 
 
 @dataclass(frozen=True)
@@ -94,29 +169,67 @@ class Name:
     words: tuple[str, ...] = ()
 
 
-def read(name: str) -> Name:
-    """Cut a joint's name up: ``mixamorig:LeftHandThumb2`` -> side left, stem handthumb, number 2."""
-    bare = strip_prefix(name)
-    if bare.startswith("__"):
+@lru_cache(maxsize=64)
+def read(names: tuple[str, ...]) -> tuple[Name, ...]:
+    """Cut a skeleton's joint names up: ``mixamorig:LeftHandThumb2`` -> left, stem handthumb, number 2."""
+    cuts = _without_shared_ends([words(_BRACKETED.sub("", strip_prefix(name))) for name in names])
+    return tuple(map(_name, names, cuts))
+
+
+def _without_shared_ends(cuts: Sequence[list[str]]) -> Sequence[list[str]]:
+    """Cut names without the words that nearly all of them begin or end with, words of the body excepted."""
+    for end, rest in ((0, slice(1, None)), (-1, slice(-1))):
+        while (word := _shared([cut[end] for cut in cuts if len(cut) > 1], len(cuts))) is not None:
+            cuts = [cut[rest] if len(cut) > 1 and cut[end] == word else cut for cut in cuts]
+    return cuts
+
+
+def _shared(ends: Sequence[str], names: int) -> str | None:
+    """The word among the ``ends`` of so many names that nearly all have; None: there is none."""
+    word, count = max(Counter(ends).items(), key=lambda each: each[1], default=("", 0))
+    return None if count < _NEARLY_ALL * names or word in _SIDES or _of_the_body(word) else word
+
+
+def _of_the_body(stem: str) -> bool:
+    """Whether a stem names a joint of the body, of whichever side."""
+    return stem in LIMB_STEMS or stem in _TRUNK_STEMS or finger_of((stem,)) is not None
+
+
+def _name(name: str, cut: Sequence[str]) -> Name:
+    """The parts of a name, by its words and numbers."""
+    if strip_prefix(name).startswith("__"):
         return Name("", "helper", words=("helper",))
-    cut = words(bare)
     letters = [word for word in cut if not word.isdigit()]
     numbers = tuple(int(word) for word in cut if word.isdigit())
+    ends = [*letters[:1], *letters[-1:], *(word for word in letters if word in ("left", "right"))]
     side = ""
-    for word in (letters[:1], letters[-1:]):
-        if not side and len(letters) > 1 and word and (candidate := _SIDES.get(word[0])):
-            side = candidate
-            letters.remove(word[0])
-    stem = "".join(letters)
-    if not side and len(letters) == 1 and stem[:1] in "lr" and _is_limb(stem[1:]):
-        side, stem = _SIDES[stem[0]], stem[1:]
-        letters = [stem]
-    return Name(side, stem, numbers, tuple(letters))
+    if len(letters) > 1 and (word := next((each for each in ends if each in _SIDES), None)):
+        side = _SIDES[word]
+        letters.remove(word)
+    elif len(letters) == 1:
+        side, letters[0] = _run_together(letters[0])
+    plain = [word for word in letters if word not in _MODIFIERS | _MIDDLE] or letters
+    ahead = sorted(plain, key=lambda word: word not in _FORE | _HIND)
+    behind = plain[1:] if plain and plain[0] in LIMBS else plain
+    stems = ["".join(each) for each in (plain, ahead, behind)]
+    stem = next((each for each in stems if each in LIMB_STEMS), stems[0])
+    return Name(side, stem, numbers, tuple(plain))
+
+
+def _run_together(word: str) -> tuple[str, str]:
+    """The side and the rest of a word such as ``lfemur`` or ``handleft``; no side for others."""
+    for side in ("left", "right"):
+        for rest in (word.removeprefix(side), word.removesuffix(side), word.removeprefix(side[0])):
+            if rest != word and (
+                rest in ("hipjoint", "fingers") or rest in LIMB_STEMS or finger_of((rest,))
+            ):
+                return side, rest
+    return "", word
 
 
 def words(text: str) -> list[str]:
     """Words and numbers of a name, in lower case: ``HorseRun_02`` -> horse, run, 02."""
-    return [word.lower() for word in _WORD.findall(text)]
+    return [word.lower() for word in _WORD.findall(fold(text))]
 
 
 def strip_prefix(name: str) -> str:
@@ -125,10 +238,6 @@ def strip_prefix(name: str) -> str:
     return bare or name
 
 
-def _is_limb(stem: str) -> bool:
-    return stem in LIMB_STEMS or finger_of(stem) is not None or stem in ("hipjoint", "fingers")
-
-
-def finger_of(stem: str) -> str | None:
-    """The finger that a stem names: ``handthumb`` -> thumb."""
-    return FINGERS.get(stem.removeprefix("hand"))
+def finger_of(words: Sequence[str]) -> str | None:
+    """The finger that the words of a name speak of: hand, thumb -> thumb."""
+    return FINGERS.get("".join(word for word in words if word not in _OF_FINGERS))

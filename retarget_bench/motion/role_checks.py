@@ -15,6 +15,7 @@ from retarget_bench.motion import role_aliases as aliases
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Motion
 from retarget_bench.motion.role_aliases import NUMBERED_FINGERS
+from retarget_bench.motion.role_structure import to_the_left
 from retarget_bench.motion.roles import LIMB_ROLES, SIDES, ancestors, body_part, common_ancestor, is_finger
 from retarget_bench.motion.skeleton import Skeleton
 
@@ -22,6 +23,8 @@ _SAMPLES = 200
 """Frames that are looked at."""
 _CLEAR = 0.3
 """Distance of the mean sine from 0 beyond which a body is left- or right-handed."""
+_BENT = np.radians(15.0)
+"""Radians that a joint of no role may bend unnoticed."""
 _MOST = 4
 """Contradictions in one sentence."""
 
@@ -113,13 +116,52 @@ def _attached(skeleton: Skeleton, joint: Mapping[str, int]) -> Iterator[Contradi
         yield tuple(early), f"{arms} {begin} below {legs}, as if exchanged"
 
 
+def left_out(motion: Motion) -> tuple[str, ...]:
+    """A sentence for each bone of trunk, neck and limbs inside which joints of no role bend: no method
+    drives these.
+
+    A joint that turns about its bone alone, as twist bones do, does not bend.
+    """
+    skeleton, roles = motion.skeleton, motion.character.roles
+    sample = motion.at(np.unique(np.linspace(0, motion.frames - 1, _SAMPLES).astype(int)))
+    sentences: list[str] = []
+    for role, joint in motion.character.joint_of.items():
+        over = ancestors(skeleton, joint)
+        count = next((k for k, above in enumerate(over) if roles[above] is not None), None)
+        if count is None or is_finger(role):
+            continue
+        top, inside = over[count], over[:count]
+        parts = {body_part(role), body_part(str(roles[top]))}
+        angles = [_bend(sample, above, below) for below, above in pairwise((joint, *inside))]
+        bent = [skeleton.names[each] for each, angle in zip(inside, angles, strict=True) if angle > _BENT]
+        if bent and (len(parts) == 1 or parts == {"trunk", "head"}):
+            turn, are = ("turns", "is") if len(bent) == 1 else ("turn", "are")
+            sentences.append(
+                f"{skeleton.names[top]} to {skeleton.names[joint]}: {' and '.join(bent[::-1])} {turn} by "
+                f"up to {np.degrees(max(angles)):.0f} degrees and {are} left out: say what they are "
+                "(roles=FILE)"
+            )
+    return tuple(sentences)
+
+
+def _bend(motion: Motion, joint: int, below: int) -> float:
+    """Radians by which the bone from a joint to one below it turns away from its first direction; without a
+    length, by which the joint turns."""
+    rotations, bone = motion.rotations[:, joint], rotation.unit(motion.skeleton.offsets[below])
+    if not bone.any():
+        return float(rotation.angle(rotations[:1], rotations).max())
+    directions = rotation.rotate(rotations, bone)
+    return float(np.arccos(np.clip(directions @ directions[0], -1.0, 1.0)).max())
+
+
 # ------------------------------------------------------------------------------------------------- sides
 def _sides(motion: Motion) -> Iterator[Contradiction]:
     """Pairs of limbs whose left is where the right has to be, by how legs bend; where these do not tell, by
     the names of the joints."""
     for pair, sine in _sines(motion):
         joints = motion.character.joints(pair)
-        sides = [aliases.read(motion.skeleton.names[each]).side for each in joints]
+        names = aliases.read(motion.skeleton.names)
+        sides = [names[each].side for each in joints]
         if sine < -_CLEAR or (sine < _CLEAR and sides == list(SIDES[::-1])):
             yield pair, f"{pair[0]} and {pair[1]} are on the other side"
 
@@ -128,27 +170,14 @@ def _sines(motion: Motion) -> Iterator[tuple[tuple[str, str], float]]:
     """Pairs of limbs, and how far their left one is to the left by how legs bend: about 1 where sides are
     right, -1 where they are exchanged, 0 where legs do not tell."""
     sample = motion.at(np.unique(np.linspace(0, motion.frames - 1, _SAMPLES).astype(int)))
-    to_the_left = _to_the_left(sample)
+    legs = (
+        sample.character.joints([f"{side}_{part}" for part in ("up_leg", "leg", "foot", "toe")])
+        for side in SIDES
+    )
+    left = to_the_left([[sample.positions[:, joint] for joint in leg] for leg in legs])
     for part in ("arm", "up_leg"):
         pair = f"left_{part}", f"right_{part}"
         joints = sample.character.joints(pair)
         if len(joints) == len(pair):
             apart = sample.positions[:, joints[0]] - sample.positions[:, joints[1]]
-            yield pair, float((rotation.unit(apart) * to_the_left).sum(axis=1).mean())
-
-
-def _to_the_left(motion: Motion) -> np.ndarray:
-    """``(frames, 3)`` where the left is whatever joints are called left, of bodies on two legs and on four.
-
-    Knees bend backwards and feet point forwards against their shanks in every pose: the axis of these bends
-    points left. The mean over legs, as long as the sine of the bends; zero without legs.
-    """
-    places, bends = motion.positions, []
-    for side in SIDES:
-        leg = motion.character.joints([f"{side}_{part}" for part in ("up_leg", "leg", "foot", "toe")])
-        bones = [rotation.unit(places[:, low] - places[:, high]) for high, low in pairwise(leg)]
-        bends += [
-            sign * np.cross(upper, lower)
-            for sign, (upper, lower) in zip((1.0, -1.0), pairwise(bones), strict=False)
-        ]
-    return np.sum(bends, axis=0) / 2 if bends else np.zeros((motion.frames, 3))
+            yield pair, float((rotation.unit(apart) * left).sum(axis=1).mean())

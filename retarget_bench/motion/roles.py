@@ -1,22 +1,19 @@
-"""Roles of joints: from joint names to anatomy.
+"""Roles of joints: what they mean in anatomy.
 
-A role is a word such as ``hips``, ``spine_2`` or ``left_forearm``. Names decide, by the table of
-``role_aliases.py``, and the tree checks: the joints of a limb must hang below each other in anatomical
-order, and the hips are the joint that carries both the legs and the spine, whatever they are called.
-Helpers between two bones (``Pelvis``, ``Spine1_split``), props, hair and the face have no role: they follow
-their parent. A TOML file of ``"joint name" = "role"`` (``"none"`` for no role) overrides all of this.
+A role is a word such as ``hips``, ``spine_2`` or ``left_forearm``; ``role_finding.py`` finds them. Helpers
+between two bones (``Pelvis``, ``Spine1_split``), props, hair and the face have no role: they follow their
+parent. A TOML file of ``"joint name" = "role"`` (``"none"`` for no role) overrides all of this.
 """
 
 import difflib
 import re
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
-from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import role_aliases as aliases
-from retarget_bench.motion.role_aliases import LIMBS, NUMBERED_FINGERS, Name
+from retarget_bench.motion.role_aliases import LIMBS, NUMBERED_FINGERS
 from retarget_bench.motion.skeleton import Skeleton
 
 Roles = tuple[str | None, ...]
@@ -92,153 +89,10 @@ def chain(roles: Sequence[str | None], stem: str) -> list[int]:
     return [links[number] for number in sorted(links)]
 
 
-# ------------------------------------------------------------------------------------------- finding
-def find(skeleton: Skeleton, overrides: Mapping[str, str | None] | None = None) -> Roles:
-    """The role of every joint, or None.
-
-    overrides: joint name -> role, or None for no role; they win over the names.
-    Raises SkeletonError when an override names no joint or no role, or gives one role twice.
-    """
-    forced = _checked(skeleton, overrides or {})
-    names = [aliases.read(name) for name in skeleton.names]
-    free = [joint not in forced for joint in range(len(names))]
-    roles: dict[int, str] = {joint: role for joint, role in forced.items() if role is not None}
-    used = set(roles.values())
-
-    def give(candidates: Mapping[int, str]) -> None:
-        for joint, role in candidates.items():
-            if free[joint] and role not in used:
-                roles[joint] = role
-                used.add(role)
-
-    give(_limbs(skeleton, names, free))
-    heads = [j for j, name in enumerate(names) if free[j] and not name.side and name.stem == "head"]
-    give(dict.fromkeys(heads[:1], "head"))
-    by_role = {role: joint for joint, role in roles.items()}
-    if (hips := by_role.get("hips", _hips(skeleton, names, by_role))) is not None:
-        give({hips: "hips"})
-        give(_trunk(skeleton, names, hips, by_role, roles))
-    give(_ends(skeleton, names, {role: joint for joint, role in roles.items()}))
-    return tuple(roles.get(joint) for joint in range(len(names)))
-
-
-def _checked(skeleton: Skeleton, overrides: Mapping[str, str | None]) -> dict[int, str | None]:
-    """Overrides by joint index."""
-    out: dict[int, str | None] = {}
-    for name, role in overrides.items():
-        if name not in skeleton.names:
-            near = difflib.get_close_matches(name, skeleton.names, 3) or [*skeleton.names[:8], "..."]
-            raise SkeletonError(f"role override: there is no joint {name!r}; try {', '.join(near)}")
-        if role is not None and not is_role(role):
-            raise SkeletonError(f"role override of {name!r}: {no_role(role)}")
-        if role is not None and role in out.values():
-            raise SkeletonError(f"role override: {role!r} is given to two joints")
-        out[skeleton.index(name)] = role
-    return out
-
-
 def no_role(word: str) -> str:
     """A sentence on a word that is no role."""
     near = difflib.get_close_matches(word, sorted(_PLAIN), 3) or sorted(_PLAIN)
     return f"{word!r} is no role; near it: {', '.join(near)}"
-
-
-def _limbs(skeleton: Skeleton, names: Sequence[Name], free: Sequence[bool]) -> dict[int, str]:
-    """Arms and legs: per side and limb the best run of joints below each other in anatomical order."""
-    out: dict[int, str] = {}
-    for side in SIDES:
-        hocked = any(name.side == side and name.stem in aliases.HOCK_STEMS for name in names)
-        stems = aliases.LIMB_STEMS | (aliases.HOCKED if hocked else {})
-        for parts in LIMBS.values():
-            options: dict[int, dict[int, float]] = {}
-            for joint, name in enumerate(names):
-                if free[joint] and name.side == side:
-                    meanings = [part for part in stems.get(name.stem, ()) if part in parts]
-                    if meanings:
-                        options[joint] = {parts.index(m): 1.0 - 0.1 * k for k, m in enumerate(meanings)}
-            run = _best_run(skeleton, options)
-            out.update({joint: f"{side}_{parts[rank]}" for joint, rank in run})
-    return out
-
-
-def _best_run(skeleton: Skeleton, options: Mapping[int, Mapping[int, float]]) -> list[tuple[int, int]]:
-    """(joint, rank) along one line of descent, ranks rising, with the largest sum of weights.
-
-    Ties go to the joint nearest the body. options: joint -> rank -> weight.
-    """
-    best: dict[tuple[int, int], tuple[float, list[tuple[int, int]]]] = {}
-    for joint in sorted(options):
-        above = set(ancestors(skeleton, joint))
-        for rank, weight in options[joint].items():
-            runs = [run for (a, r), run in best.items() if a in above and r < rank]
-            score, run = max(runs, key=lambda each: each[0], default=(0.0, []))
-            best[joint, rank] = (score + weight, [*run, (joint, rank)])
-    return max(best.values(), key=lambda each: each[0], default=(0.0, []))[1]
-
-
-def _hips(skeleton: Skeleton, names: Sequence[Name], by_role: Mapping[str, int]) -> int | None:
-    """The joint that carries both the legs and the upper body; by name where there are no limbs."""
-    legs = [by_role[r] for r in ("left_up_leg", "right_up_leg") if r in by_role]
-    upper = [by_role[r] for r in ("head", "left_arm", "right_arm") if r in by_role]
-    if legs and upper:
-        return common_ancestor(skeleton, legs + upper)
-    return next(iter(_unsided(names, range(len(names)), aliases.HIPS_STEMS)), None)
-
-
-def _trunk(
-    skeleton: Skeleton,
-    names: Sequence[Name],
-    hips: int,
-    by_role: Mapping[str, int],
-    roles: Mapping[int, str],
-) -> dict[int, str]:
-    """Spine and neck on the way from the hips to the head, and the tail."""
-    if (top := by_role.get("head")) is not None:
-        line = ancestors(skeleton, top)
-    else:
-        arms = [by_role[r] for r in ("left_shoulder", "left_arm", "right_arm") if r in by_role]
-        line = ancestors(skeleton, common_ancestor(skeleton, arms) or 0, itself=True) if arms else []
-    line = [joint for joint in reversed(line) if joint > hips and joint not in roles]
-    neck = _unsided(names, line, aliases.NECK_STEMS)
-    out = {joint: f"spine_{k}" for k, joint in enumerate(_unsided(names, line, aliases.SPINE_STEMS), 1)}
-    out |= {joint: f"neck_{k}" if len(neck) > 1 else "neck" for k, joint in enumerate(neck, 1)}
-    return out | {joint: f"tail_{k}" for k, joint in enumerate(_tail(skeleton, names, hips), 1)}
-
-
-def _tail(skeleton: Skeleton, names: Sequence[Name], hips: int) -> list[int]:
-    """The longest line of joints of a tail below the hips, or below what carries them.
-
-    In rigs of animals the hips, the joint between legs and trunk, often are a spine, and the tail hangs
-    from the pelvis above it.
-    """
-    carrying = set(ancestors(skeleton, hips, itself=True))
-    lines: dict[int, list[int]] = {}
-    for joint in _unsided(names, range(len(names)), aliases.TAIL_STEMS):
-        over = ancestors(skeleton, joint)
-        if carrying.intersection(over) and joint not in carrying:
-            lines[joint] = [*max((lines[j] for j in over if j in lines), key=len, default=[]), joint]
-    return max(lines.values(), key=len, default=[])
-
-
-def _unsided(names: Sequence[Name], joints: Sequence[int], stems: Set[str]) -> list[int]:
-    """Those of ``joints`` whose names have no side and one of these stems."""
-    return [joint for joint in joints if not names[joint].side and names[joint].stem in stems]
-
-
-def _ends(skeleton: Skeleton, names: Sequence[Name], by_role: Mapping[str, int]) -> dict[int, str]:
-    """Head top and fingers: what hangs below the head and the hands."""
-    out: dict[int, str] = {}
-    for joint, name in enumerate(names):
-        above = set(ancestors(skeleton, joint))
-        if name.stem in aliases.HEAD_TOP_STEMS and by_role.get("head") in above:
-            out.setdefault(joint, "head_top")
-        if by_role.get(f"{name.side}_hand") in above:
-            finger = aliases.finger_of(name.stem)
-            if name.stem == "finger" and len(name.numbers) == 2 and 1 <= name.numbers[0] <= 5:
-                finger = NUMBERED_FINGERS[name.numbers[0] - 1]
-            if finger is not None:
-                out[joint] = f"{name.side}_{finger}_{(name.numbers or (1,))[-1] or 1}"
-    return out
 
 
 # -------------------------------------------------------------------------------------------- the tree
@@ -351,8 +205,7 @@ def explain(skeleton: Skeleton, roles: Sequence[str | None]) -> tuple[str, ...]:
     over = set(ancestors(skeleton, by_role["hips"])) if "hips" in by_role else set()
     carries = {j for joint in by_role.values() for j in ancestors(skeleton, joint)}
     out: list[str] = []
-    for joint, (text, role) in enumerate(zip(skeleton.names, roles, strict=True)):
-        name = aliases.read(text)
+    for joint, (name, role) in enumerate(zip(aliases.read(skeleton.names), roles, strict=True)):
         words = set(name.words)
         if role is not None:
             out.append(role)

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.roles import body_part, is_finger, is_tip
+from retarget_bench.motion.roles import ancestors, body_part, common_ancestor, is_finger, is_tip
 from retarget_bench.viewer.camera import Camera
 from retarget_bench.viewer.colours import LIT, Colour, shade, tints
 from retarget_bench.viewer.scene import Figure
@@ -37,12 +37,16 @@ THICKEST = 0.42
 
 
 def radii(body: Character) -> np.ndarray:
-    """``(joints, 2)`` metres: of the bone to each joint, at its parent and at itself; 0 for roots."""
+    """``(joints, 2)`` metres: of the bone to each joint, at its parent and at itself; 0 for roots.
+
+    What carries the body, and what hangs from there beside it (handles of a rig), has no thickness.
+    """
     widths = np.zeros((len(body.roles), 2))
     lengths = body.skeleton.bone_lengths
+    top = common_ancestor(body.skeleton, list(body.joint_of.values())) if body.joint_of else 0
     for joint, role in enumerate(body.roles):
         length = float(lengths[joint])
-        if body.skeleton.parents[joint] < 0 or length == 0.0:
+        if length == 0.0 or top not in ancestors(body.skeleton, joint):
             continue
         if role is None or is_tip(role):
             parent = body.skeleton.parents[joint]

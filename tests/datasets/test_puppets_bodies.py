@@ -27,7 +27,8 @@ from retarget_bench.datasets.puppets.solver.solve import solve
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.reference_pose import reference_pose
-from retarget_bench.motion.roles import ESSENTIAL, find, in_order, is_quadruped
+from retarget_bench.motion.role_finding import find
+from retarget_bench.motion.roles import ESSENTIAL, in_order, is_quadruped
 from retarget_bench.motion.structures import S23, S28, reduce
 
 everybody = pytest.mark.parametrize("body", BODIES.values(), ids=lambda body: body.name)

@@ -19,7 +19,8 @@ from retarget_bench.datasets.puppets.solver.paws import sizes_of
 from retarget_bench.datasets.puppets.solver.solve import solve
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.roles import find, is_quadruped
+from retarget_bench.motion.role_finding import find
+from retarget_bench.motion.roles import is_quadruped
 
 FRAMES = {"dog_sequence": 450}
 USUAL_FRAMES = 110

@@ -15,7 +15,7 @@ from retarget_bench.methods.r2et import R2ET, features
 from retarget_bench.methods.r2et.inference import changed
 from retarget_bench.methods.r2et.network import SkeletonAwareNetwork, joint_code
 from retarget_bench.methods.r2et.released import STATISTICS, renamed
-from retarget_bench.motion import body22, kinematics_torch, roles, rotation
+from retarget_bench.motion import body22, kinematics_torch, role_finding, rotation
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
@@ -143,7 +143,7 @@ def test_positions_that_losses_and_files_have_are_theirs(released, oracle):
     """Forward kinematics of the 22 joints, the hips where the skeleton's first row says; normalised."""
     assert oracle["structure/parents"].tolist() == list(body22.PARENTS)
     names, offsets = oracle["structure/names"].tolist(), oracle["written/offsets"].astype(float)
-    found = roles.find(Skeleton(tuple(names), oracle["structure/parents"], offsets))
+    found = role_finding.find(Skeleton(tuple(names), oracle["structure/parents"], offsets))
     assert tuple(found) == body22.BODY22
     bones = torch.from_numpy(oracle["input/target_skeleton"])
     turned = torch.from_numpy(oracle["output/quaternions"])

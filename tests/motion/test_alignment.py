@@ -14,7 +14,7 @@ from retarget_bench.motion.body import PosedBody, quarter_turns
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.importer import load
 from retarget_bench.motion.reference_pose import reference_pose
-from retarget_bench.motion.roles import find
+from retarget_bench.motion.role_finding import find
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.motion.transfer import from_relative, orientations, relative
 from tests.examples import examples

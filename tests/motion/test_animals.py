@@ -11,7 +11,8 @@ from animal_rigs import bird, horse, skeleton, written
 from retarget_bench.motion import species
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.importer import UNITS, load
-from retarget_bench.motion.roles import ESSENTIAL, chain, explain, find, has_level_trunk, is_quadruped
+from retarget_bench.motion.role_finding import find
+from retarget_bench.motion.roles import ESSENTIAL, chain, explain, has_level_trunk, is_quadruped
 from retarget_bench.motion.skeleton import Skeleton
 
 PECKS = np.concatenate([np.full(20, 80.0), np.zeros(10), np.full(30, 95.0)])

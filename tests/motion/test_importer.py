@@ -105,16 +105,16 @@ def test_frame_rate_and_name(walk, tmp_path):
 
 def test_roles_can_be_told_by_a_table_or_a_file(walk, tmp_path):
     path = written(walk, tmp_path / "a.bvh")
-    text = path.read_text().replace("LeftHand", "Gizmo")
+    text = path.read_text().replace("HeadTop_End", "Gizmo")
     path.write_text(text)
-    assert "left_hand" not in load(path).motion.character.joint_of
+    assert "head_top" not in load(path).motion.character.joint_of
     roles = tmp_path / "roles.toml"
-    roles.write_text('Gizmo = "left_hand"\n')
-    for overrides in ({"Gizmo": "left_hand"}, roles, str(roles)):
+    roles.write_text('Gizmo = "head_top"\n')
+    for overrides in ({"Gizmo": "head_top"}, roles, str(roles)):
         body = load(path, Reading(roles=overrides)).motion.character
-        assert body.skeleton.names[body.joint_of["left_hand"]] == "Gizmo"
+        assert body.skeleton.names[body.joint_of["head_top"]] == "Gizmo"
     with pytest.raises(SkeletonError, match="no joint 'Gismo'"):
-        load(path, Reading(roles={"Gismo": "left_hand"}))
+        load(path, Reading(roles={"Gismo": "head_top"}))
 
 
 def test_options_that_do_not_exist_are_named(walk, tmp_path):

@@ -15,7 +15,7 @@ from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.measures import Measures, measure
 from retarget_bench.motion.reference_pose import reference_pose
-from retarget_bench.motion.roles import find
+from retarget_bench.motion.role_finding import find
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
 FOOT = math.hypot(0.06, 0.14)

@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 
 from retarget_bench import cli
 from retarget_bench.errors import BenchError
-from retarget_bench.motion import bvh
+from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.importer import load
-from retarget_bench.motion.role_checks import contradictions, doubt
+from retarget_bench.motion.role_checks import contradictions, doubt, left_out
 from tests.examples import examples
 
 ROLES = {
@@ -169,3 +169,26 @@ def test_real_files_are_not_doubted(real_data: Path) -> None:
     ):
         if (real_data / name).exists():
             assert contradictions(load(real_data / name).motion) == [], name
+
+
+@pytest.mark.parametrize("about", ["across", "along"])
+def test_joints_of_no_role_that_bend_inside_a_chain_are_said_to_be_left_out(about: str) -> None:
+    """Not those that turn about their bone, as twist bones do."""
+    bent = body()
+    joint = bent.skeleton.index("Spine1")
+    roles = tuple(None if index == joint else role for index, role in enumerate(bent.roles))
+    bent = replace(bent, roles=roles)
+    rotations = np.array(gait(body(), 20).rotations)
+    below = bent.skeleton.children[joint][0]
+    bone = rotation.unit(bent.skeleton.offsets[below])
+    axis = bone if about == "along" else np.cross(bone, (1.0, 0.0, 0.0))
+    turn = np.radians(np.linspace(0.0, 35.0, 20))
+    rotations[:, joint] = rotation.about(np.broadcast_to(rotation.unit(axis), (20, 3)), turn)
+    sentences = left_out(bent.motion(rotations, np.zeros((20, 3)), 30.0))
+    if about == "along":
+        assert sentences == ()
+    else:
+        (sentence,) = sentences
+        assert sentence.startswith(
+            f"Spine to {bent.skeleton.names[below]}: Spine1 turns by up to 35 degrees"
+        )

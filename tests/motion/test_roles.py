@@ -7,14 +7,8 @@ import pytest
 
 from retarget_bench.errors import FileError, SkeletonError
 from retarget_bench.motion.files.reading import Reading
-from retarget_bench.motion.roles import (
-    body_part,
-    chain,
-    explain,
-    find,
-    is_body,
-    is_finger,
-)
+from retarget_bench.motion.role_finding import find
+from retarget_bench.motion.roles import body_part, chain, explain, is_body, is_finger
 from retarget_bench.motion.skeleton import Skeleton
 
 
@@ -171,6 +165,8 @@ Hips
 """
     assert roles_of(text) == {
         "Hips": "hips",
+        "Bone_1": "spine_1",
+        "Bone_2": "spine_2",
         "Head": "head",
         "LeftUpLeg": "left_up_leg",
         "LeftLeg": "left_leg",

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from retarget_bench.motion import bvh
-from retarget_bench.motion.roles import ESSENTIAL, explain, find, in_order, is_quadruped
+from retarget_bench.motion.role_finding import find
+from retarget_bench.motion.roles import ESSENTIAL, explain, in_order, is_quadruped
 
 LIMBS = ["shoulder", "arm", "forearm", "hand"], ["up_leg", "leg", "foot", "toe"]
 PARTS = [*LIMBS[0], *LIMBS[1]]

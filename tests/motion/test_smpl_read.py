@@ -16,7 +16,7 @@ from retarget_bench.motion.files.listing import motion_files
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import average, joint_arrays
 from retarget_bench.motion.files.smpl.families import BODY, FAMILIES, SMPL, SMPLH, SMPLX
-from retarget_bench.motion.roles import find
+from retarget_bench.motion.role_finding import find
 from retarget_bench.motion.structures import BODY22
 from retarget_bench.motion.up_axis import UP_AXES
 

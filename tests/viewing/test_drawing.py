@@ -124,6 +124,17 @@ def test_bodies_are_drawn_where_their_bones_are_and_nowhere_else():
     assert not changed[outside].any()
 
 
+def test_what_carries_a_body_and_handles_beside_it_are_not_drawn():
+    plain = body("small")
+    skeleton = plain.skeleton
+    names = ("root", "handle", *skeleton.names)
+    parents = np.array([-1, 0, *np.where(skeleton.parents < 0, 0, skeleton.parents + 2)])
+    rig = Skeleton(names, parents, np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], *skeleton.offsets]))
+    thick = bodies.radii(Character.of("rig", rig))
+    assert not thick[:3].any(), "root, handle, and the way from the root to the hips"
+    np.testing.assert_allclose(thick[3:], bodies.radii(plain)[1:])
+
+
 def test_left_is_lighter_than_right():
     """From the front, a body's left is at the right of the picture."""
     figure = walker(2, joints=None, planted=None)

@@ -129,7 +129,7 @@ def _above(body: Character, joint: int) -> int | None:
 
 def _twists(body: Character, joint: int, first: int, last: int) -> bool:
     """Whether a joint is a twist bone of the bone from one joint to another."""
-    words = read(body.skeleton.names[joint]).words
+    words = read(body.skeleton.names)[joint].words
     if body.roles[joint] is not None or not any(word in each for each in words for word in WORDS):
         return False
     if _above(body, joint) != first:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.motion.files.gltf import animation, meshes
+from retarget_bench.motion.files.gltf import animation, humanoid, meshes
 from retarget_bench.motion.files.gltf.document import Document, open_document
 from retarget_bench.motion.files.gltf.tree import read_nodes
 from retarget_bench.motion.files.scenes.reading import rigged
@@ -42,6 +42,10 @@ class GltfScene(Scene):
         self.nodes = read_nodes(document)
 
     # ----------------------------------------------------------------------------------------- bodies
+    @property
+    def roles(self) -> Mapping[int, str]:
+        return humanoid.roles(self.document)
+
     @property
     def skins(self) -> Sequence[str]:
         return [f"skins[{number}]" for number in range(len(self.document.items("skins")))]

@@ -56,6 +56,12 @@ def rigged(scene: Scene, take: str | None, body: str | None) -> tuple[Rig, Recor
     notes = (*notes, f"{how}: {spaced}" if number is not None else how, *_about_root(nodes, own))
     rig, moved, replaced = _rig(scene, nodes, own, performance)
     rotations, root = _frames(rig, performance)
+    roles = scene.roles
+    stated = {
+        name: roles[j] for name, j in zip(rig.skeleton.names, rig.body.joints, strict=True) if j in roles
+    }
+    if stated:
+        notes = (*notes, f"{len(stated)} joints have the roles that the file states")
     recording = Recording(
         rig.skeleton,
         rotation.continuous(rotations),
@@ -67,6 +73,7 @@ def rigged(scene: Scene, take: str | None, body: str | None) -> tuple[Rig, Recor
         up=scene.up,
         skin=partial(surface, rig) if has_surface(rig) else None,
         places=_steps(rig, moved, len(root)),
+        roles=stated,
     )
     _check_finite(scene, recording)
     return rig, recording

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -59,6 +59,11 @@ class Scene(ABC):
         return FileError(self.path, problem)
 
     # ----------------------------------------------------------------------------------------- bodies
+    @property
+    def roles(self) -> Mapping[int, str]:
+        """Node -> role, where the file states what its nodes are."""
+        return {}
+
     @property
     @abstractmethod
     def skins(self) -> Sequence[str]:
