@@ -55,10 +55,10 @@ stand in brackets and take fits as fixed.
 MPJPE counts three things at once: where the hips are over the ground (*level path*), how high they are
 (*height of the hips*), and the pose around them (*root-aligned*). They are lengths in different
 directions and do not add up to MPJPE. On these clips the references are nearly copied rotations: of the
-{copied} of copied rotations about 1 is the pose. All else is the path of the hips. Some of it is the rule
-by which the path was scaled, a convention of whoever made the references, which no method can read off
-the source: by rule alone, with the same pose, copying goes from {best} to {worst}. So MPJPE does not say
-which of two methods poses better. *Root-aligned* does.
+{copied} of copied rotations about 1 is the pose, and the rest comes from the path of the hips. Some of it
+is the rule by which the path was scaled, a convention of whoever made the references, which no method can
+read off the source: by rule alone, with the same pose, copying goes from {best} to {worst}. So MPJPE does
+not say which of two methods poses better. *Root-aligned* does.
 
 *Path fitted* is MPJPE once the answer's level path is scaled by one factor (*level factor*) and its
 height shifted by one constant (*lift*), those that suit each pair of bodies best over all its clips. It

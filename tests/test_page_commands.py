@@ -210,8 +210,9 @@ def ran(line: str, tmp_path: Path) -> int:
     """The exit status of a printed command. A run is of one clip, in a folder of its own; a plug-in is
     started, and retargeted files are written, where nothing is yet."""
     words = shlex.split(os.path.expandvars(line), comments=True)[1:]
-    if words[0] == "run" and not {"--limit", "--clips"} & set(words):
-        words += ["--limit", "1", *(() if "score" in words else ("-o", "short"))]
+    if words[0] == "run":
+        words += () if {"--limit", "--clips"} & set(words) else ("--limit", "1")
+        words += () if {"-o", "score"} & set(words) else ("-o", "short")
     for name in ("out", "result"):
         shutil.rmtree(name, ignore_errors=True)
     if words[0] == "score":  # answers of a program of the reader's
