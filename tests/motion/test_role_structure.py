@@ -19,9 +19,11 @@ from retarget_bench.motion.roles import ESSENTIAL
 from retarget_bench.motion.skeleton import Skeleton
 
 PLAIN = [
-    name for name, each in SCHEMES.items() if "(" not in each.arm + each.leg and each.leg.count("|") > 2
+    name
+    for name, each in SCHEMES.items()
+    if "(" not in each.arm + each.leg and each.leg.count("|") > 2 and "|" in each.trunk
 ]
-"""Schemes of bodies with toes and without joints inside the bones of limbs."""
+"""Schemes of bodies with toes and a spine and without joints inside the bones of limbs."""
 
 
 def shuffled(skeleton: Skeleton, seed: int) -> tuple[Skeleton, list[int]]:
