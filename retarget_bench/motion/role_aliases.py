@@ -9,7 +9,7 @@ upper leg in one rig and a helper above it in another), the joints around it dec
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -144,10 +144,7 @@ _SIDES = {
     word: side
     for side, words in (
         ("left", "left l lf lt lft links linke gauche izquierda izquierdo izq 左 лев левая"),
-        (
-            "right",
-            "right r rt rgt rechts rechte droite droit derecha derecho der 右 прав правая",
-        ),
+        ("right", "right r rt rgt rechts rechte droite droit derecha derecho der 右 прав правая"),
     )
     for word in fold(words).split()
 }
@@ -157,6 +154,8 @@ _MODIFIERS = _words("bend stretch")
 """Words of the bone of a limb itself, where others stand for its twist."""
 _NEARLY_ALL = 0.75
 """Share of the names that have a rig's prefix or suffix."""
+_BODY, _PAIRS = 15, 3
+"""Joints of a body, and of pairs among them, below which numbers and letters behind names show nothing."""
 
 
 @dataclass(frozen=True)
@@ -172,11 +171,32 @@ class Name:
 @lru_cache(maxsize=64)
 def read(names: tuple[str, ...]) -> tuple[Name, ...]:
     """Cut a skeleton's joint names up: ``mixamorig:LeftHandThumb2`` -> left, stem handthumb, number 2."""
-    cuts = _without_shared_ends([words(_BRACKETED.sub("", strip_prefix(name))) for name in names])
-    return tuple(map(_name, names, cuts))
+    cuts = [words(_BRACKETED.sub("", strip_prefix(name))) for name in names]
+    cuts = _without_shared_ends(_without_serial_numbers(cuts))
+    sides = _SIDES | _letters_for_sides(cuts)
+    return tuple(_name(name, cut, sides) for name, cut in zip(names, cuts, strict=True))
 
 
-def _without_shared_ends(cuts: Sequence[list[str]]) -> Sequence[list[str]]:
+def _without_serial_numbers(cuts: list[list[str]]) -> list[list[str]]:
+    """Cut names without the number that ends each, where nearly all joints of a body have one of their own
+    (``Hips_01``, ``Spine_02``, ...)."""
+    numbered = [len(cut) > 1 and cut[-1].isdigit() for cut in cuts]
+    numbers = {cut[-1] for cut, has in zip(cuts, numbered, strict=True) if has}
+    if len(cuts) < _BODY or len(numbers) < _NEARLY_ALL * len(cuts):
+        return cuts
+    return [cut[:-1] if has else cut for cut, has in zip(cuts, numbered, strict=True)]
+
+
+def _letters_for_sides(cuts: list[list[str]]) -> dict[str, str]:
+    """French ``g`` and ``d``, Spanish ``i`` and ``d``, where names come in pairs that end with them."""
+    for left in ("g", "i"):
+        bases = [{tuple(cut[:-1]) for cut in cuts if cut[-1:] == [letter]} for letter in (left, "d")]
+        if len(bases[0] & bases[1]) >= _PAIRS:
+            return {left: "left", "d": "right"}
+    return {}
+
+
+def _without_shared_ends(cuts: list[list[str]]) -> list[list[str]]:
     """Cut names without the words that nearly all of them begin or end with, words of the body excepted."""
     for end, rest in ((0, slice(1, None)), (-1, slice(-1))):
         while (word := _shared([cut[end] for cut in cuts if len(cut) > 1], len(cuts))) is not None:
@@ -195,16 +215,16 @@ def _of_the_body(stem: str) -> bool:
     return stem in LIMB_STEMS or stem in _TRUNK_STEMS or finger_of((stem,)) is not None
 
 
-def _name(name: str, cut: Sequence[str]) -> Name:
-    """The parts of a name, by its words and numbers."""
+def _name(name: str, cut: Sequence[str], sides: Mapping[str, str]) -> Name:
+    """The parts of a name, by its words and numbers. sides: word -> side."""
     if strip_prefix(name).startswith("__"):
         return Name("", "helper", words=("helper",))
     letters = [word for word in cut if not word.isdigit()]
     numbers = tuple(int(word) for word in cut if word.isdigit())
     ends = [*letters[:1], *letters[-1:], *(word for word in letters if word in ("left", "right"))]
     side = ""
-    if len(letters) > 1 and (word := next((each for each in ends if each in _SIDES), None)):
-        side = _SIDES[word]
+    if len(letters) > 1 and (word := next((each for each in ends if each in sides), None)):
+        side = sides[word]
         letters.remove(word)
     elif len(letters) == 1:
         side, letters[0] = _run_together(letters[0])

@@ -27,8 +27,8 @@ _SHORT = 0.05
 """Share of the longest bone of neck and head below which another is none."""
 _CLEAR = 0.1
 """Sine beyond which the left is on one side."""
-_TOP_OF_HEAD = 1.5
-"""A last bone so much longer than the one before it is that from a head to its top."""
+_TOP_OF_HEAD = (1.2, 0.4)
+"""A last bone so much longer than the neck, and than a forearm, is that from a head to its top."""
 
 Branch = list[int]
 """Joints below each other, along the longest way."""
@@ -63,16 +63,17 @@ def guess(skeleton: Skeleton, places: np.ndarray) -> dict[str, int]:
     legs, arms = pairs
     carrier = int(skeleton.parents[arms[0][0]])
     hips = common_ancestor(skeleton, [carrier, int(skeleton.parents[legs[0][0]])])
-    head = _head(skeleton, carrier, {arm[0] for arm in arms})
     knee, elbow = _bend(skeleton, legs[0], arm=False), _bend(skeleton, arms[0], arm=True)
-    if hips is None or hips == carrier or not head or not knee or not elbow:
+    if hips is None or hips == carrier or not knee or not elbow:
         return {}
+    forearm = float(skeleton.bone_lengths[arms[0][elbow + 1]])
+    head = _head(skeleton, carrier, {arm[0] for arm in arms}, forearm)
     side = _first_side([places[:, [leg[j] for leg in legs]] for j in range(knee - 1, len(legs[0]))])
     apart = [
         places[:, pair[0][j - 1]] - places[:, pair[1][j - 1]] for pair, j in ((legs, knee), (arms, elbow))
     ]
     like = 1 if float((apart[0] * apart[1]).sum(axis=1).mean()) > 0 else -1
-    if side == 0:
+    if side == 0 or not head:
         return {}
     line = ancestors(skeleton, carrier, itself=True)
     roles = {"hips": hips, "head": head[-1]}
@@ -190,8 +191,11 @@ def _bend(skeleton: Skeleton, branch: Branch, arm: bool) -> int | None:
     return bend if min(upper, lower) > _EVEN * max(upper, lower) else None
 
 
-def _head(skeleton: Skeleton, carrier: int, arms: set[int]) -> Branch:
-    """The line of neck and head from the arms' carrier on: joints without a twin."""
+def _head(skeleton: Skeleton, carrier: int, arms: set[int], forearm: float) -> Branch:
+    """The line of neck and head from the arms' carrier on: joints without a twin.
+
+    arms: the joints that these begin with. forearm: its length.
+    """
     pairs = _pairs(skeleton, 1)
     twins = arms.union(branch[0] for pair in pairs for branch in pair)
     longest = _longest(skeleton)
@@ -205,5 +209,6 @@ def _head(skeleton: Skeleton, carrier: int, arms: set[int]) -> Branch:
         line.append(joint)
     lengths = skeleton.bone_lengths[line[1:]]
     line = [each for each, length in zip(line[1:], lengths, strict=True) if length > _SHORT * lengths.max()]
-    lengths = skeleton.bone_lengths[line]
-    return line[:-1] if len(line) > 2 and lengths[-1] > _TOP_OF_HEAD * lengths[-2] else line
+    inner, last = skeleton.bone_lengths[line[1:-1]].sum(), skeleton.bone_lengths[line[-1:]].sum()
+    topped = len(line) > 2 and last > max(_TOP_OF_HEAD[0] * inner, _TOP_OF_HEAD[1] * forearm)
+    return line[:-1] if topped else line

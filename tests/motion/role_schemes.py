@@ -410,6 +410,33 @@ SCHEMES = {
         "Muslo_#|Pantorrilla_#|Pie_#|Punta_#",
         ("Izq", "Der"),
     ),
+    "French, letters": Scheme(
+        "Bassin|Torse",
+        "Cou|Tete",
+        "Epaule.#|Bras.#|AvantBras.#|Main.#",
+        "Cuisse.#|Jambe.#|Pied.#|Orteils.#",
+        ("G", "D"),
+    ),
+    "MMD in Blender": Scheme(
+        "センター|上半身|上半身2",
+        "首|頭",
+        "肩.#|腕.#|(腕捩.#)|ひじ.#|(手捩.#)|手首.#",
+        "足.#|ひざ.#|足首.#|つま先.#",
+    ),
+    "Nuitrack": Scheme(
+        "waist|torso|collar",
+        "neck|head",
+        "#_shoulder|#_elbow|#_wrist",
+        "#_hip|#_knee|#_ankle",
+        ("left", "right"),
+    ),
+    "Cinema 4D": Scheme(
+        "Hip|Spine|Chest",
+        "Neck|Head",
+        "#_Shoulder|#_Arm_Upper|#_Arm_Lower|#_Hand",
+        "#_Leg_Upper|#_Leg_Lower|#_Foot|#_Toes",
+    ),
+    "OpenPose": Scheme("MidHip", "Neck|Head", "#Shoulder|#Elbow|#Wrist", "#Hip|#Knee|#Ankle|#BigToe"),
     "Chinese": Scheme(
         "骨盆|脊椎|胸", "颈|头", "#肩|#上臂|#前臂|#手", "#大腿|#小腿|#脚|#脚趾", ("左", "右")
     ),

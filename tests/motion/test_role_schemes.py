@@ -46,3 +46,13 @@ def test_fore_and_hind_legs(front: str, hind: str) -> None:
     parts = "{0}UpLeg_#|{0}Leg_#|{0}Foot_#"
     skeleton, expected = Scheme("Pelvis|Spine", "Neck|Head", parts.format(front), parts.format(hind)).body()
     assert dict(zip(skeleton.names, find(skeleton), strict=True)) == expected
+
+
+def test_serial_numbers_behind_all_names_are_no_numbers_of_fingers() -> None:
+    names = [
+        f"{name}{k}" for name in ("LeftHandThumb", "LeftHandIndex", "RightHandThumb") for k in (1, 2, 3)
+    ]
+    names += ["Hips", "Spine", "Neck", "Head", "LeftArm", "RightArm", "LeftLeg", "RightLeg"]
+    serial = tuple(f"{name}_{number:02}" for number, name in enumerate(names))
+    assert read(serial) == read(tuple(names))
+    assert read(serial)[2].numbers == (3,)
