@@ -37,6 +37,7 @@ ONLY_PARSED = {
     "other machines, programs or environments": r"--executor|^bench work|docker|uv run|@|\./answer",
     "it would replace the golden rows of this package": r"^bench check --accept",
     "a placeholder": r"^bench (submit|score) DIR|\bFILE\b",
+    "a card that its author has filled in": r"--board",
 }
 """Why commands are not run -> what they have in them."""
 STAND_IN = {"METHOD": "correspondence_free", "METRIC": "position", "NAME": "ik"}
