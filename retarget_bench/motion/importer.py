@@ -57,7 +57,7 @@ _ON_ITS_SIDE = math.sin(math.radians(60.0))
 """How upright the line between the sides is of a body that lies on one of them."""
 _GUESSED = (
     "names do not say what joints are: {} roles are a guess by the tree and the places of joints: look at "
-    "them (bench doctor --sheet)"
+    "them (bench doctor --sheet) and correct what is wrong (bench doctor --save)"
 )
 
 

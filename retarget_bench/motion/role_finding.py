@@ -27,6 +27,9 @@ from retarget_bench.motion.roles import (
 )
 from retarget_bench.motion.skeleton import Skeleton
 
+_MOST = 20
+"""Joints inside a bone of a limb beyond which none is looked for among them."""
+
 
 def find(skeleton: Skeleton, overrides: Mapping[str, str | None] | None = None) -> Roles:
     """The role of every joint, or None.
@@ -143,7 +146,7 @@ class _Search:
         line = _line(self.skeleton, high, low)
         inner = [joint for joint in line[1:-1] if self.bends(joint)]
         count = min(len(parts), len(inner))
-        if not count:
+        if not count or len(inner) > _MOST:
             return {}
         choices = combinations(inner, count)
         best = max(choices, key=lambda joints: _shortest(self.skeleton, (high, *joints, low)))

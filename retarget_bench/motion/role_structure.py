@@ -30,6 +30,9 @@ _CLEAR = 0.1
 _TOP_OF_HEAD = (1.2, 0.4)
 """A last bone so much longer than the neck, and than a forearm, is that from a head to its top."""
 
+_MOST = 50
+"""Branches from one joint, and pairs of them, that are compared."""
+
 Branch = list[int]
 """Joints below each other, along the longest way."""
 
@@ -123,7 +126,7 @@ def _first_side(pair: Sequence[np.ndarray]) -> int:
 # -------------------------------------------------------------------------------------------- the tree
 def _legs_and_arms(skeleton: Skeleton) -> tuple[tuple[Branch, Branch], tuple[Branch, Branch]] | None:
     """The two largest pairs of like branches of which neither hangs from the other; None without two."""
-    pairs = sorted(_pairs(skeleton, 3), key=lambda pair: -_length(skeleton, pair[0]))
+    pairs = sorted(_pairs(skeleton, 3), key=lambda pair: -_length(skeleton, pair[0]))[:_MOST]
     for first, second in combinations(pairs, 2):
         parents = [int(skeleton.parents[pair[0][0]]) for pair in (first, second)]
         inside = {joint for pair in (first, second) for branch in pair for joint in branch}
@@ -139,8 +142,8 @@ def _pairs(skeleton: Skeleton, joints: int) -> list[tuple[Branch, Branch]]:
     out = []
     longest = _longest(skeleton)
     for below in skeleton.children:
-        for first, second in combinations(below, 2):
-            pair = (_branch(longest, first), _branch(longest, second))
+        branches = [_branch(longest, child) for child in below[:_MOST]]
+        for pair in combinations(branches, 2):
             if len(pair[0]) == len(pair[1]) >= joints:
                 lengths = skeleton.bone_lengths[list(pair[0])], skeleton.bone_lengths[list(pair[1])]
                 if np.allclose(*lengths, rtol=_ALIKE, atol=_ALIKE * max(map(np.max, lengths)) / 5):

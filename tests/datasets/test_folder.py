@@ -411,11 +411,11 @@ def test_content_follows_bytes_and_parameters(loose):
 
 def test_a_roles_file_names_what_is_not_recognised(mini, rigs, tmp_path):
     root = mini({})
-    rigs.a(root / "walk.bvh", rename={"LeftArm": "Bone_17"})
+    rigs.a(root / "walk.bvh", rename={"LeftToeBase": "Bone_17"})
     roles = tmp_path / "roles.toml"
-    roles.write_text('"Bone_17" = "left_arm"\n')
-    assert "left_arm" not in Folder(str(root)).characters()["walk"].roles
-    assert "left_arm" in Folder(str(root), roles=str(roles)).characters()["walk"].roles
+    roles.write_text('"Bone_17" = "left_toe"\n')
+    assert "left_toe" not in Folder(str(root)).characters()["walk"].roles
+    assert "left_toe" in Folder(str(root), roles=str(roles)).characters()["walk"].roles
     assert Folder(str(root)).content != Folder(str(root), roles=str(roles)).content
     with pytest.raises(BenchError, match="there is no folder or file"):
         Folder(str(root), roles=str(tmp_path / "nothing.toml")).characters()
