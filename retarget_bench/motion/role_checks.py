@@ -13,10 +13,19 @@ import numpy as np
 
 from retarget_bench.motion import role_aliases as aliases
 from retarget_bench.motion import rotation
+from retarget_bench.motion.body import UP
 from retarget_bench.motion.character import Motion
 from retarget_bench.motion.role_aliases import NUMBERED_FINGERS
 from retarget_bench.motion.role_structure import to_the_left
-from retarget_bench.motion.roles import LIMB_ROLES, SIDES, ancestors, body_part, common_ancestor, is_finger
+from retarget_bench.motion.roles import (
+    LIMB_ROLES,
+    SIDES,
+    ancestors,
+    body_part,
+    common_ancestor,
+    has_level_trunk,
+    is_finger,
+)
 from retarget_bench.motion.skeleton import Skeleton
 
 _SAMPLES = 200
@@ -167,17 +176,35 @@ def _sides(motion: Motion) -> Iterator[Contradiction]:
 
 
 def _sines(motion: Motion) -> Iterator[tuple[tuple[str, str], float]]:
-    """Pairs of limbs, and how far their left one is to the left by how legs bend: about 1 where sides are
-    right, -1 where they are exchanged, 0 where legs do not tell."""
+    """Pairs of limbs, and how far their left one is to the left: about 1 where sides are right, -1 where
+    they are exchanged, 0 where the body does not tell.
+
+    Legs of people tell it by how they bend. Those of animals bend one way at the knee and the other at the
+    hock, and may lack either, but their trunk lies the way that they face.
+    """
     sample = motion.at(np.unique(np.linspace(0, motion.frames - 1, _SAMPLES).astype(int)))
-    legs = (
-        sample.character.joints([f"{side}_{part}" for part in ("up_leg", "leg", "foot", "toe")])
-        for side in SIDES
-    )
-    left = to_the_left([[sample.positions[:, joint] for joint in leg] for leg in legs])
+    level = has_level_trunk(motion.skeleton, motion.character.roles)
+    left = _beside_the_trunk(sample) if level else _by_the_legs(sample)
     for part in ("arm", "up_leg"):
         pair = f"left_{part}", f"right_{part}"
         joints = sample.character.joints(pair)
         if len(joints) == len(pair):
             apart = sample.positions[:, joints[0]] - sample.positions[:, joints[1]]
             yield pair, float((rotation.unit(apart) * left).sum(axis=1).mean())
+
+
+def _beside_the_trunk(motion: Motion) -> np.ndarray:
+    """``(frames, 3)`` the left of a body whose trunk is level."""
+    ends = ("head", "neck", *(f"{side}_{part}" for side in SIDES for part in ("shoulder", "arm")))
+    front = motion.positions[:, motion.character.joints(ends)].mean(axis=1)
+    hips = motion.positions[:, motion.character.joint_of["hips"]]
+    return rotation.unit(np.cross(UP, front - hips))
+
+
+def _by_the_legs(motion: Motion) -> np.ndarray:
+    """``to_the_left`` by the legs that a body has."""
+    legs = (
+        motion.character.joints([f"{side}_{part}" for part in ("up_leg", "leg", "foot", "toe")])
+        for side in SIDES
+    )
+    return to_the_left([[motion.positions[:, joint] for joint in leg] for leg in legs])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import animal_rigs
 import numpy as np
 import pytest
 from editing_bodies import body, fingers, gait
@@ -69,6 +70,23 @@ def test_a_left_handed_target_keeps_its_dress(pair, tmp_path):
     written, stated = read(tmp_path / "out.bvh"), read(pair[1])
     np.testing.assert_allclose(written.root, stated.root, atol=1e-5)
     np.testing.assert_allclose(np.abs((written.rotations * stated.rotations).sum(axis=-1)), 1.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("animal", "hocks"),
+    [(animal_rigs.horse, 0.0), (animal_rigs.horse, 0.3), (animal_rigs.bird, 0.0), (animal_rigs.bird, 0.06)],
+)
+def test_animals_tell_it_by_their_trunk(tmp_path, animal, hocks):
+    """Whatever way the bend of a leg is that a rig has: calves forward, or backward as those that end at a
+    hock."""
+    bones = {
+        name: (above, (x, y, z - hocks * ("Calf" in name))) for name, (above, (x, y, z)) in animal().items()
+    }
+    right = animal_rigs.written(tmp_path / "right.bvh", bones, scale=100.0, facing=30.0)
+    bvh.write_document(tmp_path / "left.bvh", left_handed(bvh.parse(right)))
+    assert not [each for each in load(right).findings.doubts if "exchanged" in each]
+    (doubt,) = (each for each in load(tmp_path / "left.bvh").findings.doubts if "exchanged" in each)
+    assert "is the file left-handed?" in doubt
 
 
 def test_a_mesh_is_mirrored_with_its_body(real_data):
