@@ -6,7 +6,7 @@ listed.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -115,10 +115,7 @@ def understood(
     recording = with_rotations(stated if reading.rate is None else replace(stated, fps=reading.rate))
     if reading.mirror:
         recording = mirrored(recording)
-    explicit = reading.overrides
-    stated_roles = {name: role for name, role in stated.roles.items() if role not in explicit.values()}
-    named = find_roles(recording.skeleton, {**stated_roles, **explicit})
-    roles = role_structure.completed(recording.skeleton, named, _places(recording), explicit)
+    named, roles = _roles(recording, reading.overrides)
     axis = up_axis.axis(recording, roles, reading.up)
     upright = up_axis.upright(recording, axis.up)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // SAMPLE]
@@ -130,7 +127,7 @@ def understood(
     if guessed := sum(role != name for role, name in zip(roles, named, strict=True)):
         recording = replace(recording, doubts=(*recording.doubts, _GUESSED.format(guessed)))
     findings = _findings(path, stated, recording, axis, size, settled, reading.rate is not None)
-    sides = role_checks.doubt(motion, _changed(recording.skeleton, reading), mirrored=reading.mirror)
+    sides = role_checks.doubt(motion, _changed(recording, reading.overrides), mirrored=reading.mirror)
     more = (*filter(None, [sides]), *plausibility.doubts(motion))
     findings = replace(findings, mirrored=reading.mirror, doubts=(*findings.doubts, *more))
     if fps is not None:
@@ -140,13 +137,22 @@ def understood(
     return Imported(motion, findings, reading, places)
 
 
-def _changed(skeleton: Skeleton, reading: Reading) -> dict[str, str | None]:
+def _roles(
+    recording: Recording, explicit: Mapping[str, str | None]
+) -> tuple[Sequence[str | None], Sequence[str | None]]:
+    """Roles as the user, the file and names have them, and with a guess of those that are missing."""
+    stated = {name: role for name, role in recording.roles.items() if role not in explicit.values()}
+    named = find_roles(recording.skeleton, {**stated, **explicit})
+    return named, role_structure.completed(recording.skeleton, named, _places(recording), explicit)
+
+
+def _changed(recording: Recording, explicit: Mapping[str, str | None]) -> dict[str, str | None]:
     """Joint name -> role, of those that the user set otherwise than they are inferred: a table that was
     proposed is not doubted when it comes back."""
-    if not reading.overrides:
+    if not explicit:
         return {}
-    inferred = dict(zip(skeleton.names, find_roles(skeleton), strict=True))
-    return {name: role for name, role in reading.overrides.items() if inferred[name] != role}
+    inferred = dict(zip(recording.skeleton.names, _roles(recording, {})[1], strict=True))
+    return {name: role for name, role in explicit.items() if inferred[name] != role}
 
 
 def _places(recording: Recording) -> np.ndarray:

@@ -167,10 +167,9 @@ def _bend(motion: Motion, joint: int, below: int) -> float:
 def _sides(motion: Motion) -> Iterator[Contradiction]:
     """Pairs of limbs whose left is where the right has to be, by how legs bend; where these do not tell, by
     the names of the joints."""
+    names = aliases.read(motion.skeleton.names)
     for pair, sine in _sines(motion):
-        joints = motion.character.joints(pair)
-        names = aliases.read(motion.skeleton.names)
-        sides = [names[each].side for each in joints]
+        sides = [names[each].side for each in motion.character.joints(pair)]
         if sine < -_CLEAR or (sine < _CLEAR and sides == list(SIDES[::-1])):
             yield pair, f"{pair[0]} and {pair[1]} are on the other side"
 
@@ -184,7 +183,7 @@ def _sines(motion: Motion) -> Iterator[tuple[tuple[str, str], float]]:
     """
     sample = motion.at(np.unique(np.linspace(0, motion.frames - 1, _SAMPLES).astype(int)))
     level = has_level_trunk(motion.skeleton, motion.character.roles)
-    left = _beside_the_trunk(sample) if level else _by_the_legs(sample)
+    left = _beside_the_trunk(sample) if level else _beside_the_legs(sample)
     for part in ("arm", "up_leg"):
         pair = f"left_{part}", f"right_{part}"
         joints = sample.character.joints(pair)
@@ -201,10 +200,8 @@ def _beside_the_trunk(motion: Motion) -> np.ndarray:
     return rotation.unit(np.cross(UP, front - hips))
 
 
-def _by_the_legs(motion: Motion) -> np.ndarray:
-    """``to_the_left`` by the legs that a body has."""
-    legs = (
-        motion.character.joints([f"{side}_{part}" for part in ("up_leg", "leg", "foot", "toe")])
-        for side in SIDES
-    )
+def _beside_the_legs(motion: Motion) -> np.ndarray:
+    """``(frames, 3)`` the left by how legs bend: see ``to_the_left``."""
+    parts = ("up_leg", "leg", "foot", "toe")
+    legs = (motion.character.joints([f"{side}_{part}" for part in parts]) for side in SIDES)
     return to_the_left([[motion.positions[:, joint] for joint in leg] for leg in legs])
