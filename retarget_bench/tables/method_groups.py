@@ -84,7 +84,8 @@ class MethodGroup:
         clips = dict[str, None]()
         for section in self.sections:
             methods = [score for score in section.scores if not never_ranked(score.header.method)]
-            fitted = [score for score in methods if {PATH_FITTED, FITTED_CLIPS} <= score.means.keys()]
+            having = [score for score in methods if FITTED_CLIPS in score.header.values]
+            fitted = [score for score in having if {PATH_FITTED, FITTED_CLIPS} <= score.means.keys()]
             clips |= {f"{section.split} {score.means[FITTED_CLIPS].value:.0f}": None for score in fitted}
             if fitted or section.rows[0].header.dataset.name == defaults.PAPERS_DATASET:
                 for score in methods:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from retarget_bench import cli
-from retarget_bench.motion.importer import load
+from retarget_bench.motion.importer import Reading, load
 from retarget_bench.viewer.colours import INK
 from retarget_bench.viewer.role_sheet import (
     COLOURS,
@@ -98,8 +98,11 @@ def test_the_command_draws_one_file(tmp_path, capsys):
     assert not (tmp_path / "x.png").exists()
 
 
-def test_bodies_whose_names_say_nothing_are_drawn(real_data):
+def test_bodies_without_any_role_are_drawn(real_data, tmp_path):
     """Joints without roles are labelled at the side that they are on, and no arrow says where they face."""
-    imported = load(real_data / "gltf/CesiumMan.glb")
+    source = real_data / "gltf/CesiumMan.glb"
+    table = tmp_path / "none.toml"
+    table.write_text("".join(f'"{name}" = "none"\n' for name in load(source).motion.skeleton.names))
+    imported = load(source, Reading(roles=str(table)))
     assert set(joint_groups(imported.motion.character)) == {GROUPS.index("no role")}
     assert min(role_sheet(imported).size) > 600
