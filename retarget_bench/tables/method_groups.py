@@ -1,6 +1,6 @@
 """Groups of a table: methods by values, of cases or of sets; or parts of a breakdown by methods."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from retarget_bench import defaults
@@ -58,7 +58,8 @@ class MethodGroup:
             common=self._common(),
             below=(
                 *self._floors(rows),
-                *self._paths(),
+                *root_rules(self.sections),
+                *clips_of_fits(self.sections),
                 *absent,
                 *(f"{each.split}: {each.so_far}." for each in self.sections if each.so_far),
                 *filter(None, (self._beside_best(row.label) for row in rows)),
@@ -76,22 +77,6 @@ class MethodGroup:
         if any(row.mark and [row.cells[number].text for number in at] == texts for row in rows):
             return []
         return floors(sets, PEOPLE_SET, self.builder)
-
-    def _paths(self) -> list[str]:
-        """What root paths are scaled by, on the papers' clips, where it decides most of the error, and
-        wherever they are fitted; and over how many clips they are."""
-        labels_of: dict[str, dict[str, None]] = {}
-        clips = dict[str, None]()
-        for section in self.sections:
-            methods = [score for score in section.scores if not never_ranked(score.header.method)]
-            having = [score for score in methods if FITTED_CLIPS in score.header.values]
-            fitted = [score for score in having if {PATH_FITTED, FITTED_CLIPS} <= score.means.keys()]
-            clips |= {f"{section.split} {score.means[FITTED_CLIPS].value:.0f}": None for score in fitted}
-            if fitted or section.rows[0].header.dataset.name == defaults.PAPERS_DATASET:
-                for score in methods:
-                    labels_of.setdefault(score.header.method.root_rule or "unknown", {})[score.label] = None
-        over = f"Paths are fitted over all clips of a pair of bodies (clips, about: {', '.join(clips)})."
-        return [*_rules(labels_of), *([over] if clips else [])]
 
     def _title(self) -> str:
         """The splits, and how many cases they have."""
@@ -232,14 +217,36 @@ class MethodGroup:
         return f"{why}. Each number is over other cases"
 
 
-def _rules(labels_of: Mapping[str, Collection[str]]) -> list[str]:
-    """A sentence on root rules. labels_of: rule -> methods."""
+def root_rules(sections: Sequence[SplitSummary]) -> list[str]:
+    """What root paths are scaled by, on the papers' clips, where it decides most of the error, and wherever
+    paths are fitted."""
+    labels_of: dict[str, dict[str, None]] = {}
+    for section in sections:
+        if _fitted(section) or section.rows[0].header.dataset.name == defaults.PAPERS_DATASET:
+            for score in section.scores:
+                method = score.header.method
+                if not never_ranked(method):
+                    labels_of.setdefault(method.root_rule or "unknown", {})[score.label] = None
     if not labels_of:
         return []
     usual = max(labels_of, key=lambda rule: len(labels_of[rule]))
     others = [f"{rule} for {listed(list(each))}" for rule, each in labels_of.items() if rule != usual]
     rest = f"{usual} for all others" if others else f"{usual} for all"
     return [f"Rule that scales root paths: {'; '.join([*others, rest])}."]
+
+
+def clips_of_fits(sections: Sequence[SplitSummary]) -> list[str]:
+    """Over how many clips of a pair paths are fitted."""
+    fitted = [(section.split, score) for section in sections for score in _fitted(section)]
+    clips = {f"{split} {score.means[FITTED_CLIPS].value:.0f}" for split, score in fitted}
+    over = f"Paths are fitted over all clips of a pair of bodies (clips, about: {listed(sorted(clips))})."
+    return [over] if clips else []
+
+
+def _fitted(section: SplitSummary) -> list[MethodSummary]:
+    """The methods with an error after a fit."""
+    having = [score for score in section.scores if FITTED_CLIPS in score.header.values]
+    return [score for score in having if {PATH_FITTED, FITTED_CLIPS} <= score.means.keys()]
 
 
 def speeds(section: SplitSummary) -> list[str]:
@@ -377,7 +384,7 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: C
         unranked=(),
         heading=heading,
         subject=key,
-        below=tuple(f"{split}: {each}." for each in so_far),
+        below=(*root_rules(sections), *(f"{split}: {each}." for each in so_far)),
     )
 
 

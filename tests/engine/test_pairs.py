@@ -244,6 +244,12 @@ def test_tables_without_fits_name_rules_on_the_clips_of_papers_alone(
     assert first == "Rule that scales root paths: hip_height for all."
 
 
+def test_a_breakdown_says_what_scales_root_paths(tmp_path: Path) -> None:
+    carry_out(tmp_path, "copy_rotations", "copy_rotations[root_rule=none]", clips=3, metrics=METRICS)
+    (table,) = tables(split_summaries(store.find_results(tmp_path), "target"), by="target")
+    assert table.groups[0].below[0].startswith("Rule that scales root paths: ")
+
+
 def table_of(root: Path) -> Table:
     (table,) = tables(split_summaries(store.find_results(root)))
     return table
