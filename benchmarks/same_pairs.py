@@ -63,9 +63,10 @@ class SamePairs:
         sources = [name for name in self._files if name.startswith("source")] if split == "cross" else []
         pairs = [(name, name.replace("source", "answer")) for name in sources]
         return [
-            CaseInfo(f"same_pairs/{a}>{b}/{a[-1]}", task, split, a, b, a[-1], "", self._motions[a].frames)
+            CaseInfo(f"same_pairs/{a}>{b}/{clip}", task, split, a, b, clip, "", self._motions[a].frames)
             for pair in pairs
             for a, b in (pair, pair[::-1])
+            for clip in [a.partition("-")[2]]
         ]
 
     def load(self, info: CaseInfo) -> Case:

@@ -18,7 +18,7 @@ FIT = (
     "all clips of the pair of bodies (least squares); left out for pairs of fewer than 3 clips"
 )
 LEVEL = (0, 2)
-_value = partial(Value, source=SOURCE, needs=("reference", "source"))
+_value = partial(Value, source=SOURCE, needs=("reference", "source", "clips"))
 
 
 class PathFitted:
@@ -69,7 +69,7 @@ class PathFitted:
     )
     least = 3
 
-    def kept(self, comparison: Comparison) -> np.ndarray:
+    def extract(self, comparison: Comparison) -> np.ndarray:
         """``(frames, joints + 2, 3)`` heights: how far each joint is from the reference's, the same of the
         hips, and the hips' displacement from the source's of the first frame."""
         assert comparison.offsets is not None
@@ -89,14 +89,14 @@ class PathFitted:
 
 def _fit(offset: np.ndarray, moved: np.ndarray) -> tuple[float, float]:
     """The level factor and the lift that bring hips ``(n, 3)`` nearest to where they should be."""
-    move, wanted = moved[:, LEVEL], (moved - offset)[:, LEVEL]
+    move, expected = moved[:, LEVEL], (moved - offset)[:, LEVEL]
     size = float((move * move).sum())
-    factor = max(0.0, float((move * wanted).sum()) / size) if size > 0.0 else 1.0
+    factor = max(0.0, float((move * expected).sum()) / size) if size > 0.0 else 1.0
     return factor, -float(offset[:, 1].mean())
 
 
 def _error(clip: np.ndarray, level: float, lift: float) -> float:
-    """MPJPE of a clip as it is ``kept``, moved by a fit, % of height."""
+    """MPJPE of a clip, by its extract, moved by a fit, % of height."""
     shift = (level - 1.0) * clip[:, -1]
     shift[:, 1] = lift
     return 100.0 * float(np.sqrt(squared_length(clip[:, :-2] + shift[:, None])).mean())

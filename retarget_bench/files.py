@@ -25,7 +25,7 @@ from typing import Any, Literal
 from retarget_bench.errors import BenchError, FileError
 
 _UNSAFE = re.compile(r"[^a-z0-9_.-]+")
-_LONGEST = 60
+_LONGEST_SLUG = 60
 LOCK = ".lock"
 """The lock file of a folder that one process alone may write to."""
 _DRAWN, _KEPT = 6, 40
@@ -49,6 +49,8 @@ _STAND_INS = {
     ),
 }
 """Kinds of files that lie in the place of others -> what they begin with, in small letters."""
+_HEAD = 64
+"""Bytes that tell them."""
 _FORMULA = ("=", "+", "-", "@")
 """Signs that spreadsheets take for the beginning of a formula."""
 
@@ -71,7 +73,7 @@ def check_ordinary(path: str | Path, most: float = math.inf) -> None:
         sizes = f"{status.st_size / 1e9:,.4g} GB; files of up to {most / 1e9:.2g} GB are read"
         raise FileError(path, f"has {sizes}: cut it into parts, or see whether it is damaged")
     with suppress(OSError), Path(path).open("rb") as file:
-        if meaning := stand_in(file.read(_LONGEST)):
+        if meaning := stand_in(file.read(_HEAD)):
             raise FileError(path, f"is {meaning}")
 
 
@@ -287,9 +289,9 @@ def slug(name: str) -> str:
     A name that is already of that form stays as it is; any other gets eight hex digits of its hash.
     """
     plain = _UNSAFE.sub("-", name.lower()).strip("-.")
-    if plain == name and len(name) <= _LONGEST:
+    if plain == name and len(name) <= _LONGEST_SLUG:
         return name
-    return f"{plain[: _LONGEST - 9]}-{digest(name)}"
+    return f"{plain[: _LONGEST_SLUG - 9]}-{digest(name)}"
 
 
 def composed(name: str) -> str:

@@ -264,6 +264,43 @@ def test_a_faulty_metric_fails_the_check_that_is_meant_for_it(tmp_path, bows, fa
     assert problem in message
 
 
+OF_PAIRS = """
+import numpy as np
+from retarget_bench.api import MetricCard, Value
+
+class Faulty:
+    value = Value("faulty.mean", "faulty", "how far off", "m", "lower", formula="mean", source="ours")
+    card = MetricCard("faulty", "Compares the clips of a pair", version="1", values=(value,))
+    least = 2
+
+    def extract(self, comparison):
+        return comparison.distances.mean(axis=1)
+
+    def values(self, clips):
+        return [{"faulty.mean": each} for each in VALUES]
+
+plugin = Faulty
+"""
+
+
+@pytest.mark.parametrize(
+    ("values", "problem"),
+    [
+        ("[float(np.concatenate(clips).mean())] * len(clips)", ""),
+        ("[float(clips[0].mean())] * len(clips)", "with the clips in another order"),
+        ("np.stack(clips).mean(axis=1).tolist()", "same shape"),
+    ],
+)
+def test_a_metric_of_pairs_takes_clips_of_any_length_in_any_order(tmp_path, bows, values, problem):
+    file = tmp_path / "faulty.py"
+    file.write_text(OF_PAIRS.replace("VALUES", values))
+    registry.add_file(file)
+    problems = failures("metrics", "faulty", bows)
+    (message,) = [text for name, text in problems.items() if "order of the clips" in name] or [""]
+    assert set(problems.values()) == {message} - {""}
+    assert problem in message
+
+
 IDS = 'CaseInfo(f"faulty/{a}>{b}/{clip}", task, split, a, b, clip, frames=self.frames)'
 DATA_FAULTS = {
     "no licence": ({'licence="CC0-1.0"': 'licence=""'}, "its card says", "no licence"),

@@ -36,8 +36,9 @@ class Value:
                ``none`` (a description, never ranked).
     tolerance: how far a value may move before a regression gate fails, in the value's unit.
     needs:     out of ``reference``, ``source``, ``contacts``, ``touches``, ``rotations``, ``mesh``,
-               ``ground``; where one is missing the value is *not applicable*. ``mesh``: the target's skin
-               is known in the prediction, and in the reference where there is one.
+               ``ground``, ``clips``; where one is missing the value is *not applicable*. ``mesh``: the
+               target's skin is known in the prediction, and in the reference where there is one. ``clips``:
+               enough of the pair of bodies are answered (``PairMetric.least``).
     index:     what the value is a curve over (``threshold``, ``joint``), or "" for one number.
     with_self: in the intra group this value pools self pairs too (a legacy protocol).
     protocol: of position errors, what fixes the number: the keys of ``protocols.PROTOCOL``. Two protocols
@@ -149,19 +150,19 @@ class Metric(Protocol):
 class PairMetric(Protocol):
     """Numbers of cases that all clips of their pair of bodies decide together, as an error after a fit.
 
-    What is kept of each case waits until its split is complete. A pair with fewer than ``least`` answered
+    The extract of each case waits until its split is complete. A pair with fewer than ``least`` answered
     clips has no values.
     """
 
     card: MetricCard
     least: int
 
-    def kept(self, comparison: Comparison) -> np.ndarray:
+    def extract(self, comparison: Comparison) -> np.ndarray:
         """What the values need of a case, in an array of any shape; it is stored in single precision. Asked
         only where every value of the card applies."""
 
     def values(self, clips: Sequence[np.ndarray]) -> Sequence[Mapping[str, float]]:
-        """The values of each clip of a pair, from what is kept of it, in the order of the cases' ids."""
+        """The values of each clip of a pair, from its extract, in the order of the cases' ids."""
 
 
 @dataclass(frozen=True, eq=False)

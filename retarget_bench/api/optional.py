@@ -211,4 +211,4 @@ def is_set_metric(metric: AnyMetric) -> TypeGuard[SetMetric]:
 def is_pair_metric(metric: AnyMetric) -> TypeGuard[PairMetric]:
     """True if a metric needs all clips of a pair of bodies: by its card, or else by its methods."""
     kind = getattr(metric.card, "kind", "")
-    return kind == "pair" if kind else hasattr(metric, "kept") and not hasattr(metric, "compute")
+    return kind == "pair" if kind else hasattr(metric, "extract") and not hasattr(metric, "compute")

@@ -42,8 +42,8 @@ def chosen(infos: Sequence[CaseInfo], texts: Sequence[str], limit: int) -> list[
     clips, evenly spread over the case list, where that is above 0."""
     clips = list(dict.fromkeys(info.clip for info in infos))
     if texts:
-        asked = patterns(texts, clips)
-        clips = [clip for clip in clips if any(fits(clip, pattern) for pattern in asked)]
+        named = patterns(texts, clips)
+        clips = [clip for clip in clips if any(fits(clip, pattern) for pattern in named)]
     if 0 < limit < len(clips):
         clips = [clips[number * len(clips) // limit] for number in range(limit)]
     names = set(clips)

@@ -4,6 +4,7 @@ import platform
 import subprocess
 import sys
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import lru_cache
 from importlib import metadata
@@ -61,7 +62,9 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
         values=_values((*unit.metrics.of_cases, *unit.metrics.of_pairs)),
         counts=Counts.of(entry.status for entry in entries),
         problems=_problems(entry for entry in entries if entry.status != "ok"),
-        doubts=_problems(entry for entry in entries if entry.status == "ok" and entry.message),
+        doubts=_problems(
+            replace(entry, status="doubted") for entry in entries if entry.status == "ok" and entry.message
+        ),
         faults=_faults(entries),
         seeds=(plan.seed,),
         versions=versions(),

@@ -1,6 +1,6 @@
 """Values of cases that all clips of their pair of bodies decide together (``PairMetric``).
 
-What a metric keeps of a case waits until the unit is complete (``waiting.py``). Then values are computed
+A metric's extract of a case waits until the unit is complete (``waiting.py``). Then values are computed
 pair by pair, in the order of the cases' ids, so that none depends on the order of the work.
 """
 
@@ -33,7 +33,7 @@ from retarget_bench.evaluation.score import (
     nothing,
     seconds,
 )
-from retarget_bench.evaluation.waiting import Kept
+from retarget_bench.evaluation.waiting import Extract
 from retarget_bench.files import write_text
 from retarget_bench.results.store import CaseResult, ResultPaths, Values
 
@@ -42,27 +42,31 @@ VALUES = "values.json"
 
 def collect(
     metrics: Sequence[PairMetric], case: Case, prediction: Prediction, before: Before = nothing
-) -> tuple[dict[str, Kept], Faults]:
-    """What the metrics that apply to a case keep of it, and the faults of those that failed.
+) -> tuple[dict[str, Extract], Faults]:
+    """The extracts of a case by the metrics that apply to it, and the faults of those that failed.
 
     Raises BenchError where the case itself does not fit together.
     """
     comparison = compared(case, prediction)
-    kept: dict[str, Kept] = {}
+    extracts: dict[str, Extract] = {}
     faults: Faults = {}
     for metric in metrics:
-        if any(missing(value, case, prediction) for value in metric.card.computed):
+        if not _applies(metric, case, prediction):
             continue
         try:
-            array = ask_metric(metric, partial(_kept, metric, comparison), comparison, before)
-            kept[metric.card.name] = Kept({}, [array])
+            array = ask_metric(metric, partial(_extract, metric, comparison), comparison, before)
+            extracts[metric.card.name] = Extract({}, [array])
         except BenchError as error:
             faults[metric.card.name] = fault_of(error)
-    return kept, faults
+    return extracts, faults
 
 
-def _kept(metric: PairMetric, comparison: Comparison) -> np.ndarray:
-    array = np.asarray(metric.kept(comparison), np.float32)
+def _applies(metric: PairMetric, case: Case, prediction: Prediction) -> bool:
+    return not any(missing(value, case, prediction) for value in metric.card.computed)
+
+
+def _extract(metric: PairMetric, comparison: Comparison) -> np.ndarray:
+    array = np.asarray(metric.extract(comparison), np.float32)
     if not np.isfinite(array).all():
         raise BenchError("keeps numbers that are not finite")
     return array
@@ -76,9 +80,9 @@ def write(
     computed from. infos: of the answered cases. Raises FileError."""
     values: dict[str, Values] = {}
     faults: dict[str, Faults] = {}
-    for cases in _pairs(infos).values():
-        kept = {case: waiting.read(waiting.file(paths, case)) for case in cases}
-        scored = _of_pair(metrics, kept, before)
+    for clips in by_pair(infos).values():
+        extracts = {info.id: waiting.read(waiting.file(paths, info.id)) for info in clips}
+        scored = _of_pair(metrics, extracts, before)
         values |= {case: each.values for case, each in scored.items() if each.values}
         faults |= {case: each.faults for case, each in scored.items() if each.faults}
     write_text(_file(paths), json.dumps({"values": values, "faults": faults}))
@@ -106,21 +110,21 @@ def _file(paths: ResultPaths) -> Path:
     return waiting.folder(paths) / VALUES
 
 
-def _pairs(infos: Iterable[CaseInfo]) -> Mapping[str, list[str]]:
-    """Pair of bodies -> the cases of its clips, sorted."""
-    pairs = defaultdict[str, list[str]](list)
+def by_pair(infos: Iterable[CaseInfo]) -> Mapping[str, list[CaseInfo]]:
+    """Pair of bodies -> the cases of its clips, in the order in which values are computed of them."""
+    pairs = defaultdict[str, list[CaseInfo]](list)
     for info in sorted(infos, key=lambda info: info.id):
-        pairs[info.pair].append(info.id)
+        pairs[info.pair].append(info)
     return pairs
 
 
 def _of_pair(
-    metrics: Sequence[PairMetric], cases: Mapping[str, Mapping[str, Kept]], before: Before
+    metrics: Sequence[PairMetric], cases: Mapping[str, Mapping[str, Extract]], before: Before
 ) -> dict[str, Scored]:
     scored = {case: Scored() for case in cases}
     for metric in metrics:
         name = metric.card.name
-        clips = {case: kept[name].arrays[0] for case, kept in cases.items() if name in kept}
+        clips = {case: extracts[name].arrays[0] for case, extracts in cases.items() if name in extracts}
         if len(clips) < metric.least:
             continue
         try:
@@ -134,7 +138,7 @@ def _of_pair(
 
 
 def values_of(metric: PairMetric, clips: Sequence[np.ndarray]) -> list[Values]:
-    """The values of each clip of a pair, from what is kept of it. Raises BenchError where the metric fails
+    """The values of each clip of a pair, from its extract. Raises BenchError where the metric fails
     or breaks its contract."""
     every = [value.id for value in metric.card.computed]
 
@@ -157,10 +161,9 @@ class OnePair:
 
     def compute(self, comparison: Comparison) -> Mapping[str, float | Mapping[str, float]]:
         """The values of the case; none where one of them does not apply."""
-        case, prediction = comparison.case, comparison.prediction
-        if any(missing(value, case, prediction) for value in self.card.computed):
+        if not _applies(self._metric, comparison.case, comparison.prediction):
             return {}
-        clips = [_kept(self._metric, comparison)] * self._metric.least
+        clips = [_extract(self._metric, comparison)] * self._metric.least
         return self._metric.values(clips)[0]
 
 

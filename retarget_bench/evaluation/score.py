@@ -118,6 +118,7 @@ def missing(value: Value, case: Case, prediction: Prediction) -> str:
         "mesh": case.target.skin is not None and not any(isinstance(each, Positions) for each in answers),
         "source": not isinstance(case.source, PointSets),
         "ground": True,
+        "clips": True,  # whether there are enough is known when all are answered
     }
     return next((need for need in value.needs if not has.get(need, False)), "")
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from retarget_bench.api import Case, CaseInfo, Dataset, Prediction, RealDataset
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import pairs, plan, set_metrics, timing, waiting
+from retarget_bench.evaluation import conventions, pairs, plan, set_metrics, timing, waiting
 from retarget_bench.evaluation.attempt import sentence
 from retarget_bench.evaluation.cases import loaded
 from retarget_bench.evaluation.plan import data_of
@@ -28,7 +28,7 @@ from retarget_bench.evaluation.score import Faults, score
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import evaluate
 from retarget_bench.evaluation.shards import StoredPlan, Task, Unit, machine_facts
-from retarget_bench.evaluation.waiting import Kept
+from retarget_bench.evaluation.waiting import Extract
 from retarget_bench.files import write_text
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.bound import BoundDataset
@@ -162,7 +162,7 @@ class ShardWork:
                     yield unit, self._scored(unit, case, outcomes[unit][name])
 
     def _scored(self, unit: int, case: Case, outcome: Outcome) -> CaseResult:
-        """The scored case; what metrics of pairs and sets keep of it waits until the unit is complete.
+        """The scored case; its extracts for metrics of pairs and sets wait until the unit is complete.
 
         Raises CannotStore.
         """
@@ -174,33 +174,35 @@ class ShardWork:
         before = partial(self._before, unit, name)
         try:
             scores = score(self.metrics.of_cases, case, scored, before)
-            kept = self._kept_for_later(unit, case, scored, scores.faults)
+            extracts = self._extracts(unit, case, scored, scores.faults)
         except BenchError as error:  # the case itself
             return CaseResult(name, "failed", sentence(error))
         if self.metrics.wait:
             try:
-                waiting.write(waiting.file(self.stored.units[unit].paths, name), kept)
+                waiting.write(waiting.file(self.stored.units[unit].paths, name), extracts)
             except FileError as error:
                 raise CannotStore(str(error)) from error
         return CaseResult(name, "ok", outcome.message, scores.values, scores.faults)
 
-    def _kept_for_later(
+    def _extracts(
         self, unit: int, case: Case, prediction: Prediction, faults: Faults
-    ) -> dict[str, Kept]:
-        """What metrics of pairs and sets keep of a case. Their faults are added. Raises BenchError."""
+    ) -> dict[str, Extract]:
+        """The extracts of a case for metrics of pairs and sets, whose faults are added to those at hand.
+
+        Raises BenchError."""
         before, of_unit = partial(self._before, unit, case.info.id), self.stored.units[unit]
-        kept = dict[str, Kept]()
+        extracts = dict[str, Extract]()
         clips = _clips(bound.dataset(of_unit.dataset), self.plan.task, of_unit.split)[case.info.pair]
         of_pairs = [metric for metric in self.metrics.of_pairs if clips >= metric.least]
         if of_pairs:
-            kept, added = pairs.collect(of_pairs, case, prediction, before)
+            extracts, added = pairs.collect(of_pairs, case, prediction, before)
             faults.update(added)
         if self.metrics.of_sets:
             real = isinstance(self._data(of_unit), RealDataset)
             members, added = set_files.collect(self.metrics.of_sets, case, prediction, real, before)
-            kept |= set_files.waiting_of(members)
+            extracts |= set_files.extracts_of(members)
             faults.update(added)
-        return kept
+        return extracts
 
     def _before(self, unit: int, case: str, metric: str) -> None:
         """Announce that a metric is asked about a case, or ("") about a unit's sets. Raises BenchError
@@ -321,7 +323,7 @@ def elsewhere(folder: Path, case: Case) -> Outcome:
     outcome = _checked(files[0], case)
     if outcome.prediction is None:
         return outcome
-    return replace(outcome, message=predictions.doubt(outcome.prediction, case))
+    return replace(outcome, message=conventions.doubt(outcome.prediction, case))
 
 
 def _checked(path: Path, case: Case) -> Outcome:

@@ -1,4 +1,4 @@
-"""Files in which what metrics keep of finished cases waits until all cases of a unit are done."""
+"""Files in which what metrics need of finished cases waits until all cases of a unit are done."""
 
 import json
 import math
@@ -16,8 +16,9 @@ UNREADABLE = "cannot be read; score it anew with --overwrite always"
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
-    """What a metric keeps of one case. facts: as JSON holds them. arrays: in single precision."""
+class Extract:
+    """What a metric of pairs or sets needs of one case. facts: as JSON holds them. arrays: in single
+    precision."""
 
     facts: Mapping[str, Any]
     arrays: Sequence[np.ndarray] = ()
@@ -33,21 +34,21 @@ def file(paths: ResultPaths, case_id: str) -> Path:
     return folder(paths) / f"{case_file(case_id)}.npz"
 
 
-def write(path: Path, kept: Mapping[str, Kept]) -> None:
-    """Write what each metric keeps as two arrays: with a dozen small ones, the archive would take longer
-    than their making. Raises FileError."""
+def write(path: Path, extracts: Mapping[str, Extract]) -> None:
+    """Write a case's extract for each metric, as two arrays: with a dozen small ones, the archive would
+    take longer than their making. Raises FileError."""
     facts = {
         metric: {"facts": each.facts, "shapes": [array.shape for array in each.arrays]}
-        for metric, each in kept.items()
+        for metric, each in extracts.items()
     }
-    numbers = [np.asarray(array, np.float32).ravel() for each in kept.values() for array in each.arrays]
+    numbers = [np.asarray(array, np.float32).ravel() for each in extracts.values() for array in each.arrays]
     joined = np.concatenate(numbers) if numbers else np.zeros(0, np.float32)
     write_npz(path, {"facts": np.array(json.dumps(facts)), "numbers": joined})
 
 
-def read(path: Path) -> dict[str, Kept]:
-    """What is kept of a case, by metric. Raises FileError."""
-    stored, kept = read_npz(path, UNREADABLE), {}
+def read(path: Path) -> dict[str, Extract]:
+    """The extracts of a case, by metric. Raises FileError."""
+    stored, extracts = read_npz(path, UNREADABLE), {}
     try:
         left = stored["numbers"]
         for metric, each in json.loads(str(stored["facts"])).items():
@@ -55,7 +56,7 @@ def read(path: Path) -> dict[str, Kept]:
             for shape in each["shapes"]:
                 arrays.append(left[: math.prod(shape)].reshape(shape).copy())  # not the whole file's
                 left = left[math.prod(shape) :]
-            kept[metric] = Kept(each["facts"], arrays)
+            extracts[metric] = Extract(each["facts"], arrays)
     except (KeyError, ValueError, TypeError, AttributeError) as error:
         raise FileError(path, f"{UNREADABLE} ({error})") from error
-    return kept
+    return extracts

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from retarget_bench.analysis.summary import split_summaries
-from retarget_bench.api import CaseInfo, Dataset, OwnSets, Value, optional
+from retarget_bench.api import Dataset, OwnSets, Value, optional
 from retarget_bench.errors import BenchError, FileError, printable
 from retarget_bench.evaluation import pairs, set_metrics
 from retarget_bench.evaluation.predict import as_scored
@@ -260,24 +260,22 @@ def _scored_again(results: Results, data: Dataset, predictions: Path) -> Iterato
 def _pair_scored_again(results: Results, data: Dataset, predictions: Path) -> Iterator[str]:
     """The first disagreement of the rows with one pair of bodies whose clips are scored again."""
     values_of = {entry.case: entry.values for entry in results.entries}
-    by_pair: dict[str, list[CaseInfo]] = {}
-    for info in sorted(results.infos, key=lambda info: info.id):
-        if info.id not in results.header.unanswered:
-            by_pair.setdefault(info.pair, []).append(info)
+    answered = [info for info in results.infos if info.id not in results.header.unanswered]
+    clips_of = pairs.by_pair(answered).values()
     for metric in _installed(results.header).of_pairs:
-        fewest = min((each for each in by_pair.values() if len(each) >= metric.least), key=len, default=[])
-        kept: dict[str, np.ndarray] = {}
+        fewest = min((clips for clips in clips_of if len(clips) >= metric.least), key=len, default=[])
+        extracts: dict[str, np.ndarray] = {}
         for info in fewest:
             case = data.load(info)
             if (prediction := elsewhere(predictions, case).prediction) is not None:
                 for each in pairs.collect([metric], case, as_scored(prediction))[0].values():
-                    kept[info.id] = each.arrays[0]
-        if not kept or len(kept) < len(fewest):
+                    extracts[info.id] = each.arrays[0]
+        if not extracts or len(extracts) < len(fewest):
             continue  # a missing prediction is told where cases are scored again
-        for case_id, values in zip(kept, pairs.values_of(metric, list(kept.values())), strict=True):
+        for case_id, values in zip(extracts, pairs.values_of(metric, list(extracts.values())), strict=True):
             for name, number in values.items():
                 stored = values_of.get(case_id, {}).get(name)
-                if not (isinstance(stored, float) and isinstance(number, float) and _same(number, stored)):
+                if isinstance(number, float) and not (isinstance(stored, float) and _same(number, stored)):
                     yield f"{case_id} scored again gives other numbers than the rows as {name}"
                     return
 

@@ -21,13 +21,12 @@ KINDS = {
     "a JSON file": (b"{",),
 }
 """Kinds of other files -> what they begin with."""
+_HEAD = 64
+"""Bytes that tell them."""
 
 
 def kind_of(head: bytes) -> str:
     """The kind of file that begins with these bytes, with what to do; "" for others."""
-    head = head.removeprefix(b"\xef\xbb\xbf").lstrip()[:_LONGEST].lower()
+    head = head.removeprefix(b"\xef\xbb\xbf").lstrip()[:_HEAD].lower()
     fits = (any(head.startswith(each.lower()) for each in beginnings) for beginnings in KINDS.values())
     return next((kind for kind, fit in zip(KINDS, fits, strict=True) if fit), "")
-
-
-_LONGEST = 64

@@ -3,7 +3,7 @@
 The names of a skeleton are read together: words that nearly all of them begin or end with (a rig's prefix)
 are dropped. Each is cut into a side (left, right or none), a stem (lower case letters without accents) and
 numbers. What a stem can mean is listed best meaning first; where it can mean two things (``LeftHip`` is the
-upper leg in one rig and a helper above it in another), the joints around it decide (``roles.py``).
+upper leg in one rig and a helper above it in another), the joints around it decide (``role_finding.py``).
 """
 
 import re

@@ -24,7 +24,7 @@ from retarget_bench.plugins.spec import Spec
 LAYERS, FEATURES = "training.layers", "training.features"
 """Packages that plug-ins share: layers of learned methods, networks for features of set metrics."""
 SETS, PAIRS = "evaluation.set_metrics", "evaluation.pairs"
-"""The package that draws sets and evaluates metrics of them."""
+"""What evaluates metrics of sets and of pairs of bodies."""
 APART = ("motion.files", "motion.editing")
 """Of ``motion/``, what no method reaches: formats of files, and edits around methods."""
 
@@ -136,7 +136,7 @@ class BoundMetrics:
             if not (isinstance(getattr(metric, "least", None), int) and metric.least >= 1):
                 name = metric.card.name
                 raise BenchError(
-                    f"metric {name}: least, the fewest clips of a pair, is no number from 1 on"
+                    f"metric {name}: least, the fewest clips of a pair, must be a whole number, 1 or more"
                 )
         declared_values(built)
         return built

@@ -57,7 +57,11 @@ class PostCard:
 
 
 class Post(Protocol):
-    """Turns a method's answer into another one."""
+    """Turns a method's answer into another one.
+
+    A post-processor may also have ``follows``, the root rule whose paths it changes: it is refused after
+    others; and ``root_rule``, that of its answers (``optional.root_rule``).
+    """
 
     card: PostCard
 
@@ -134,12 +138,8 @@ class Composed:
         for number, post in enumerate(posts):
             before, expected = self._rule(number), getattr(post, "follows", "")
             if expected not in ("", before):
-                rule = (
-                    f"has the root rule {before}" if before else "says of no root rule that it follows it"
-                )
-                return (
-                    f"{post.card.name}: changes paths that follow {expected}, and what it is given {rule}"
-                )
+                given = f"follow {before}" if before else "come without a root rule"
+                return f"{post.card.name}: changes paths that follow {expected}; those it is given {given}"
             if reason := post.supports(source, body):
                 return f"{post.card.name}: {reason}"
         return None

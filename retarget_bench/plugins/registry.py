@@ -39,7 +39,7 @@ BUILT_IN = "built-in"
 _FILE_MODULE = "retarget_bench_file_"
 _MARKS: dict[Kind, tuple[str, ...]] = {
     "methods": ("retarget",),
-    "metrics": ("compute", "kept", "features"),
+    "metrics": ("compute", "extract", "features"),
     "datasets": ("cases",),
     "posts": ("process",),
 }

@@ -123,7 +123,7 @@ class Counts:
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
-    """Cases without values, for one reason, or (``ok``) with values that are doubted."""
+    """Cases without values, for one reason, or (``doubted``) with values that are doubted."""
 
     status: str
     message: str

@@ -33,6 +33,7 @@ NEEDS = {
     "contacts": "contact labels",
     "mesh": "a mesh of the target",
     "source": "the source's skeleton",
+    "clips": "more answered clips of a pair of bodies",
 }
 """Needs of values in words, where their ids do not say it."""
 DUST, ROUNDING = 1e-6, 1e-5

@@ -167,8 +167,8 @@ class Group:
 
 @dataclass(frozen=True)
 class Problem:
-    """Cases without a usable answer of a method, or ("ok") with one that is doubted, and why; ``more``:
-    similar reasons left out."""
+    """Cases without a usable answer of a method, or with one that is doubted, and why; ``more``: similar
+    reasons left out."""
 
     split: str
     label: str
@@ -181,8 +181,7 @@ class Problem:
     def sentence(self) -> str:
         others = f"; {count(self.more, 'reason')} more of this kind" if self.more else ""
         return (
-            f"{self.split}: {self.label} {self.status.replace('ok', 'doubted')} on "
-            f"{count(len(self.cases), 'case')} "
+            f"{self.split}: {self.label} {self.status} on {count(len(self.cases), 'case')} "
             f"(first {self.cases[0]}): {self.message}{others}"
         )
 

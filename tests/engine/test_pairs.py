@@ -138,7 +138,7 @@ def _endless(self, clips):
 
 
 @pytest.mark.parametrize(
-    ("kept", "values", "message"),
+    ("extract", "values", "message"),
     [
         (None, lambda self, clips: None, "not iterable"),
         (None, _raises, "of its own"),
@@ -149,12 +149,12 @@ def _endless(self, clips):
     ],
 )
 def test_a_metric_that_breaks_its_contract_costs_its_own_values(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kept, values, message: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, extract, values, message: str
 ) -> None:
     (metric,) = bound.metrics(("path_fitted",)).of_pairs
     monkeypatch.setattr(type(metric), "values", values)
-    if kept is not None:
-        monkeypatch.setattr(type(metric), "kept", kept)
+    if extract is not None:
+        monkeypatch.setattr(type(metric), "extract", extract)
     (results,) = carry_out(tmp_path, "toy_method", metrics=METRICS)
     (fault,) = results.header.faults
     assert (fault.metric, len(fault.cases)) == ("path_fitted", 6)

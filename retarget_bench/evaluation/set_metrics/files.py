@@ -10,7 +10,7 @@ from retarget_bench.api import Case, CaseFeatures, Comparison, OwnSets, Predicti
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation import waiting
 from retarget_bench.evaluation.score import Before, Faults, ask_metric, compared, fault_of, nothing
-from retarget_bench.evaluation.waiting import Kept
+from retarget_bench.evaluation.waiting import Extract
 from retarget_bench.results.store import ResultPaths
 
 NO_REFERENCE = "needs reference motions, and this data set has none"
@@ -100,10 +100,10 @@ def _check(features: CaseFeatures, paired: bool) -> None:
 
 
 # ----------------------------------------------------------------------------------------------- files
-def waiting_of(members: Members) -> dict[str, Kept]:
+def extracts_of(members: Members) -> dict[str, Extract]:
     """Members as they wait."""
     return {
-        name: Kept(
+        name: Extract(
             {**vars(each), "features": None}, list(vars(each.features).values()) if each.features else ()
         )
         for name, each in members.items()
@@ -115,11 +115,11 @@ def gather(metrics: Sequence[SetMetric], paths: ResultPaths, cases: Iterable[str
     names = [metric.card.name for metric in metrics]
     gathered = {}
     for case in sorted(cases):
-        kept = waiting.read(waiting.file(paths, case))
-        gathered[case] = {name: _member_of(kept[name]) for name in names if name in kept}
+        extracts = waiting.read(waiting.file(paths, case))
+        gathered[case] = {name: _member_of(extracts[name]) for name in names if name in extracts}
     return gathered
 
 
-def _member_of(kept: Kept) -> SetMember:
-    features = CaseFeatures(*kept.arrays) if kept.arrays else None
-    return SetMember(**{**kept.facts, "features": features})
+def _member_of(extract: Extract) -> SetMember:
+    features = CaseFeatures(*extract.arrays) if extract.arrays else None
+    return SetMember(**{**extract.facts, "features": features})

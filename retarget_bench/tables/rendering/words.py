@@ -52,7 +52,7 @@ ENDED = {
     "invalid": "gave no valid answer to",
     "failed": "failed on",
     "missing": "lacks predictions of",
-    "ok": "gave odd answers to",
+    "doubted": "gave odd answers to",
 }
 """Status of cases without an answer, or with one that is doubted, as a verb."""
 NO_BREAK = "\u00a0"

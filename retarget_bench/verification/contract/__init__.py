@@ -9,13 +9,13 @@ from collections.abc import Iterator
 
 from retarget_bench import defaults
 from retarget_bench.api import Dataset
-from retarget_bench.api.optional import is_set_metric
+from retarget_bench.api.optional import is_pair_metric, is_set_metric
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import Check
 from retarget_bench.verification.contract.datasets import DatasetTrial
 from retarget_bench.verification.contract.methods import MethodTrial, PostTrial
-from retarget_bench.verification.contract.metrics import MetricTrial, SetMetricTrial
+from retarget_bench.verification.contract.metrics import MetricTrial, PairMetricTrial, SetMetricTrial
 
 __all__ = ["Check", "assert_contract", "check"]
 
@@ -34,10 +34,10 @@ def check(kind: registry.Kind, spec: Spec | str, data: Spec | str = defaults.DAT
         yield from MethodTrial(spec, cases)
     elif kind == "posts":
         yield from PostTrial(spec, cases)
-    elif is_set_metric(registry.create("metrics", spec)):
+    elif is_set_metric(metric := registry.create("metrics", spec)):
         yield from SetMetricTrial(spec, cases)
     else:
-        yield from MetricTrial(spec, cases)
+        yield from (PairMetricTrial if is_pair_metric(metric) else MetricTrial)(spec, cases)
 
 
 def assert_contract(kind: registry.Kind, spec: Spec | str, data: Spec | str = defaults.DATASET) -> None:

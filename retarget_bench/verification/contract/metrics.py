@@ -21,7 +21,7 @@ from retarget_bench.api import (
 )
 from retarget_bench.api.comparison import Comparison, vertices
 from retarget_bench.errors import NotSupported
-from retarget_bench.evaluation import score
+from retarget_bench.evaluation import pairs, score
 from retarget_bench.evaluation.pairs import of_case
 from retarget_bench.evaluation.set_metrics.files import collect
 from retarget_bench.evaluation.tasks.points import points_of
@@ -94,7 +94,7 @@ class _Scored(Trial[M]):
 
 
 class MetricTrial(_Scored[Metric | PairMetric]):
-    """Checks of a metric of single cases, or of one of pairs, each case being all clips of its pair."""
+    """Checks of a metric of single cases, and of one of pairs, each case being all clips of its pair."""
 
     @demand("values are finite, declared, within their bounds, and curves where an index is declared")
     def values(self) -> Problems:
@@ -141,6 +141,27 @@ class MetricTrial(_Scored[Metric | PairMetric]):
 
     def measured(self, case: Case, prediction: Prediction) -> Values:
         return score.score([of_case(self.plugin)], case, prediction).sound()
+
+
+class PairMetricTrial(MetricTrial):
+    """Checks of a metric of pairs of bodies."""
+
+    plugin: PairMetric
+
+    @demand("values do not depend on the order of the clips, which may be of different lengths")
+    def order(self) -> Problems:
+        count = self.plugin.least + 1
+        for case in self.cases:
+            clips = [resized(case, LENGTH - number * LENGTH // (2 * count)) for number in range(count)]
+            collected = [pairs.collect([self.plugin], clip, _disturbed(clip))[0] for clip in clips]
+            extracts = [extract.arrays[0] for each in collected for extract in each.values()]
+            if len(extracts) < count:
+                continue  # it does not apply
+            straight, turned = (pairs.values_of(self.plugin, some) for some in (extracts, extracts[::-1]))
+            for one, other in zip(straight, turned[::-1], strict=True):
+                for name, number in one.items():
+                    if not _close(number, other.get(name)):
+                        yield f"{name} was {number}, and {other.get(name)} with the clips in another order"
 
 
 class SetMetricTrial(_Scored[SetMetric]):
@@ -205,6 +226,13 @@ class SetMetricTrial(_Scored[SetMetric]):
     def _features(self, case: Case) -> CaseFeatures:
         assert case.reference is not None
         return self.plugin.features(Comparison(case, case.reference))
+
+
+def _close(one: Any, other: Any) -> bool:
+    """Whether numbers, or curves, are equal but for the rounding of sums in another order."""
+    if isinstance(one, Mapping):
+        return isinstance(other, Mapping) and all(_close(one[at], other.get(at)) for at in one)
+    return isinstance(other, float) and abs(one - other) <= 1e-6 * max(abs(one), 1e-3)
 
 
 def _worse(value: Value, right: object, wrong: object) -> bool:

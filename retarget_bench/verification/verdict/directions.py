@@ -13,7 +13,7 @@ import numpy as np
 from retarget_bench.motion.character import Prediction
 from retarget_bench.motion.roles import SIDES
 from retarget_bench.verification.verdict.defects import Defect, defect, stretches
-from retarget_bench.verification.verdict.joints import Pair
+from retarget_bench.verification.verdict.joints import Pair, angle_between
 
 LASTING = 0.3
 """Seconds that a part has to point elsewhere for: held hands and feet bend limbs for a moment."""
@@ -46,7 +46,7 @@ def directions(pair: Pair) -> Iterator[Defect]:
         if not pair.has(begin, end):
             continue
         source, result = (_bone(motion, begin, end) for motion in (pair.source, pair.result))
-        at_rest, away = (_degrees(one, other) for one, other in zip(source, result, strict=True))
+        at_rest, away = (angle_between(one, other) for one, other in zip(source, result, strict=True))
         turned = np.where(_long(pair, source, result), away - at_rest, 0.0)
         for frames in stretches(turned > limit, pair.fps):
             if frames.stop - frames.start >= LASTING * pair.fps:
@@ -60,12 +60,6 @@ def _bone(motion: Prediction, begin: str, end: str) -> tuple[np.ndarray, np.ndar
     rest = motion.character.standing_places[joints]
     places = motion.positions[:, joints]
     return rest[1] - rest[0], places[:, 1] - places[:, 0]
-
-
-def _degrees(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """``(...)`` the angle between vectors ``(..., 3)``."""
-    across = np.linalg.norm(np.cross(one, other), axis=-1)
-    return np.degrees(np.arctan2(across, np.einsum("...c,...c->...", one, other)))
 
 
 def _long(pair: Pair, source: tuple[np.ndarray, ...], result: tuple[np.ndarray, ...]) -> np.ndarray:

@@ -131,18 +131,16 @@ def bends(pair: Pair) -> Iterator[Defect]:
         if not pair.has(top, middle, end):
             continue
         paths = [pair.paths(role) for role in (top, middle, end)]
-        source, result = (bend(*limb) for limb in zip(*paths, strict=True))
+        source, result = (angle_between(b - a, c - b) for a, b, c in zip(*paths, strict=True))
         name = joint_name(middle)
         yield from _snaps(pair, name, source, result)
         yield from _straight(pair, name, source, result)
 
 
-def bend(top: np.ndarray, middle: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """``(frames,)`` degrees between the two bones of a limb, 0 where it is straight, given the places
-    ``(frames, 3)`` of its three joints."""
-    upper, lower = middle - top, end - middle
-    across = np.linalg.norm(np.cross(upper, lower), axis=1)
-    return np.degrees(np.arctan2(across, np.einsum("fc,fc->f", upper, lower)))
+def angle_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """``(...)`` degrees between vectors ``(..., 3)``."""
+    across = np.linalg.norm(np.cross(one, other), axis=-1)
+    return np.degrees(np.arctan2(across, np.einsum("...c,...c->...", one, other)))
 
 
 def _snaps(pair: Pair, name: str, source: np.ndarray, result: np.ndarray) -> Iterator[Defect]:
@@ -207,8 +205,9 @@ def feet(pair: Pair) -> Iterator[Defect]:
         joints = [role for part in ("toe", "foot") if pair.has(role := f"{side}_{part}")]
         if joints:
             stands = planted(pair.source, pair.source.character.joint_of[joints[0]])  # type: ignore[arg-type]
-            floors.append(_level(_lowest(pair.source, side), stands))
-            yield from _through_floor(pair, side, stands)
+            soles = _lowest(pair.source, side)
+            floors.append(_level(soles, stands))
+            yield from _through_floor(pair, side, soles, stands)
             yield from _slides(pair, side, joints[0], stands)
     for role in (*HANDS, "head") if floors else ():
         if pair.has(role):
@@ -222,12 +221,12 @@ def _level(source: np.ndarray, stands: np.ndarray) -> float:
     return float(np.quantile(source[stands], 0.05)) if stands.any() else 0.0
 
 
-def _through_floor(pair: Pair, side: str, stands: np.ndarray) -> Iterator[Defect]:
-    source, result = (_lowest(motion, side) for motion in (pair.source, pair.result))
+def _through_floor(pair: Pair, side: str, source: np.ndarray, stands: np.ndarray) -> Iterator[Defect]:
+    """source: ``(frames,)`` metres, its ``_lowest``. stands: ``(frames,)`` bool, where its foot stands."""
     level = _level(source, stands)
     on_step = stands & (source > level + _STEP * pair.source.character.height)
     floor = np.where(on_step, source, min(level, 0.0))
-    yield from _deeper(pair, f"{side} foot", floor, level - source, result)
+    yield from _deeper(pair, f"{side} foot", floor, level - source, _lowest(pair.result, side))
 
 
 def _deeper(
