@@ -35,8 +35,8 @@ def arrays(path: Path) -> Arrays:
         return {name: file[name] for name in file.files}
 
 
-def below(found: Arrays, prefix: str) -> Arrays:
-    return {name.removeprefix(prefix): each for name, each in found.items() if name.startswith(prefix)}
+def below(stored: Arrays, prefix: str) -> Arrays:
+    return {name.removeprefix(prefix): each for name, each in stored.items() if name.startswith(prefix)}
 
 
 def tensor(array: np.ndarray) -> Tensor:
@@ -65,24 +65,24 @@ class Theirs:
     deviation: Tensor
 
 
-def people(found: Arrays, structure: str) -> Theirs:
+def people(stored: Arrays, structure: str) -> Theirs:
     """Of the files of Mixamo's structures."""
-    parents, offsets = found["structure/parents"].tolist(), found["structure/offsets"]
-    names, joints = found["structure/names"].tolist(), len(parents)
+    parents, offsets = stored["structure/parents"].tolist(), stored["structure/offsets"]
+    names, joints = stored["structure/names"].tolist(), len(parents)
     bodies = {
         name: Character.of(name, _as_filed(names, [-1, *parents[1:]], each / 100), structure=structure)
-        for name, each in zip(found["structure/characters"].tolist(), offsets, strict=True)
+        for name, each in zip(stored["structure/characters"].tolist(), offsets, strict=True)
     }
-    spread = found["norm/var"][..., 0]
+    spread = stored["norm/var"][..., 0]
     return Theirs(
-        arrays=found,
+        arrays=stored,
         networks=("auto_encoder", "static_encoder"),
         bodies=bodies,
         points=range(joints),
-        motion=_edges(tensor(found["input/motion"])),
+        motion=_edges(tensor(stored["input/motion"])),
         bones=torch.cat([tensor(offsets[:, 1:]), torch.zeros(2, 1, 3)], 1),
-        heights=tensor(found["structure/height"][:, 0]),
-        mean=_edges(tensor(found["norm/mean"]))[:, 0],
+        heights=tensor(stored["structure/height"][:, 0]),
+        mean=_edges(tensor(stored["norm/mean"]))[:, 0],
         deviation=_edges(tensor(spread)[..., None], 1.0)[:, 0],
     )
 
@@ -106,32 +106,38 @@ def _as_filed(names: Sequence[str], parents: Sequence[int], offsets: np.ndarray)
     return Skeleton(tuple(names[j] for j in order), np.array([above[j] for j in order]), placed[order])
 
 
-def legs(found: Arrays, structure: str) -> Theirs:
+def legs(stored: Arrays, structure: str) -> Theirs:
     """``human`` or ``dog`` of the file of three parts."""
-    mine = below(found, f"{structure}/")
-    names, parents = mine["structure/names"].tolist(), mine["structure/parents"]
-    every, joints = mine["structure/parents_with_ends"].tolist(), mine["structure/not_end"].tolist()
+    own_arrays = below(stored, f"{structure}/")
+    names, parents = own_arrays["structure/names"].tolist(), own_arrays["structure/parents"]
+    every, joints = (
+        own_arrays["structure/parents_with_ends"].tolist(),
+        own_arrays["structure/not_end"].tolist(),
+    )
     last = sorted((joints.index(every[k]), k) for k in range(len(every)) if k not in joints)
     model = body("one") if structure == "human" else pan_material.dog("rex")
-    known = dict(zip(model.skeleton.names, model.skeleton.offsets, strict=True))
-    known["LeftToe"], known["RightToe"] = known.get("LeftToeBase"), known.get("RightToeBase")
-    offsets = np.stack([known[name] for name in names])
+    offset_of = dict(zip(model.skeleton.names, model.skeleton.offsets, strict=True))
+    offset_of["LeftToe"], offset_of["RightToe"] = (
+        offset_of.get("LeftToeBase"),
+        offset_of.get("RightToeBase"),
+    )
+    offsets = np.stack([offset_of[name] for name in names])
     sites = tuple(EndSite(joint, (0.0, -0.05, 0.0)) for joint, _ in last)
     skeleton = Skeleton(tuple(names), parents, offsets, sites)
-    ends = tensor(mine["input/offsets_with_ends"]).unflatten(1, (-1, 3))
+    ends = tensor(own_arrays["input/offsets_with_ends"]).unflatten(1, (-1, 3))
     zero = torch.zeros(2, 1, 3)
-    bones = [zero, tensor(mine["input/offsets"]).unflatten(1, (-1, 3)), zero]
+    bones = [zero, tensor(own_arrays["input/offsets"]).unflatten(1, (-1, 3)), zero]
     bones.append(ends[:, [k - 1 for _, k in last]])
     return Theirs(
-        arrays=mine,
+        arrays=own_arrays,
         networks=("ae", "skel_enc"),
         bodies={structure: Character.of(structure, skeleton, structure=structure)},
         points=[*joints, *(k for _, k in last)],
-        motion=tensor(mine["input/motion"]).transpose(1, 2).unflatten(2, (-1, 4)),
+        motion=tensor(own_arrays["input/motion"]).transpose(1, 2).unflatten(2, (-1, 4)),
         bones=torch.cat(bones, 1),
         heights=torch.ones(2),
-        mean=tensor(mine["norm/mean"]).view(1, -1, 4),
-        deviation=tensor(mine["norm/std"]).view(1, -1, 4),
+        mean=tensor(own_arrays["norm/mean"]).view(1, -1, 4),
+        deviation=tensor(own_arrays["norm/std"]).view(1, -1, 4),
     )
 
 
@@ -150,15 +156,15 @@ def training(
         dropout=0.0,
     )
     method.settings = replace(method.settings, design=design)
-    bodies = {name: each for theirs in every.values() for name, each in theirs.bodies.items()}
+    bodies = {name: each for reference in every.values() for name, each in reference.bodies.items()}
     clips = {name: [_clip(method, name, each)] for name, each in bodies.items()}
     config = TrainingConfig(steps=1, batch=4, window=64, rate=1e-3)
     module = method.training_module(TrainingData(bodies, clips), config)
-    for name, theirs in every.items():
+    for name, reference in every.items():
         structure = module._structures[_key(module, name)]
-        structure.mean[-len(theirs.mean) :] = theirs.mean
-        structure.deviation[-len(theirs.mean) :] = theirs.deviation
-        take_over(module, name, theirs)
+        structure.mean[-len(reference.mean) :] = reference.mean
+        structure.deviation[-len(reference.mean) :] = reference.deviation
+        take_over(module, name, reference)
     return module
 
 
@@ -183,22 +189,23 @@ class Recorded(SavedNetwork):
         return super().take(name)
 
 
-def take_over(module: PanTraining, name: str, theirs: Theirs) -> dict[str, Tensor]:
+def take_over(module: PanTraining, name: str, reference: Theirs) -> dict[str, Tensor]:
     """Our structure and discriminator get their weights; our parameters by the names of theirs."""
     key = _key(module, name)
-    structure, found = module._structures[key], {}
+    structure, tensors = module._structures[key], {}
     networks = [
-        Recorded(Path(network), authors_files.state(theirs.arrays, network)) for network in theirs.networks
+        Recorded(Path(network), authors_files.state(reference.arrays, network))
+        for network in reference.networks
     ]
     for own, values in parameters(structure, module._settings.design, *networks):
         parameter = structure.get_parameter(own)
         parameter.data.copy_(values)
         network = networks[own.startswith("skeleton.")]
-        found[f"{network.path}/{network.name}"] = parameter
-    channels = [3 * point + axis for point in theirs.points for axis in range(3)]
+        tensors[f"{network.path}/{network.name}"] = parameter
+    channels = [3 * point + axis for point in reference.points for axis in range(3)]
     for plain, own in module._discriminators.discriminators[key].named_parameters():
         their = f"discriminator/{plain}".replace(".weight", ".0.weight").replace(".bias", ".0.bias")
-        values = tensor(theirs.arrays[f"state/{their}"])
+        values = tensor(reference.arrays[f"state/{their}"])
         own.data.copy_(values[:, channels] if plain == "layers.0.weight" else values)
-        found[their] = own
-    return found
+        tensors[their] = own
+    return tensors

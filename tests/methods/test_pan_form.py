@@ -29,10 +29,10 @@ FORMS = [
 
 
 def there_and_back(features, motion, body, yaw, tips=True):
-    seen = features.see(motion, body)
+    encoded = features.see(motion, body)
     ends = body.ends_of(motion) if tips else None
     ratios = features.ratios(motion.character, body.character)
-    return features.motion(body, seen["edges"], seen, ratios, yaw, ends)
+    return features.motion(body, encoded["edges"], encoded, ratios, yaw, ends)
 
 
 def apart(one, other, joints=slice(None)) -> float:
@@ -111,8 +111,8 @@ def test_slots_of_one_joint_that_disagree_give_their_mean():
     assert len(leaving) == 3
     for edge, angle in zip(leaving, (10.0, 20.0, 30.0), strict=True):
         edges[:, edge] = method_bodies.about("X", np.array([angle]))
-    found = body.motion(edges, None, np.zeros((1, 3)), 30.0)
-    turned = found.global_rotations[0]
+    answer = body.motion(edges, None, np.zeros((1, 3)), 30.0)
+    turned = answer.global_rotations[0]
     for edge, angle in zip(leaving, (10.0, 20.0, 30.0), strict=True):
         child = body.joints[edge + 1]
         expected = Rotation.from_euler("X", angle, degrees=True)
@@ -162,9 +162,9 @@ def test_bodies_with_a_pelvis_and_without_go_through_one_another_s_structures(fe
     assert apart(motion, there_and_back(features, motion, through, "source")) < 1e-9
     away = in_layout(pelvis.character, layouts[0])
     returned = there_and_back(features, pelvis, away, "source")
-    seen = [joint for joint in away.joints if joint >= 0]
-    assert 1 not in seen
-    turns = rotation.angle(returned.global_rotations[:, seen], pelvis.global_rotations[:, seen])
+    present = [joint for joint in away.joints if joint >= 0]
+    assert 1 not in present
+    turns = rotation.angle(returned.global_rotations[:, present], pelvis.global_rotations[:, present])
     assert turns.max() < 1e-6, "the pelvis follows the hips, and what hangs from it is turned as it was"
 
 
@@ -193,10 +193,10 @@ def _few():
 
 def test_absent_joints_do_not_turn():
     body = in_layout(_few(), Pan().body(BODIES["one"]).layout)
-    seen = FORMS[0].see(method_bodies.dance(_few(), 8), body)["edges"]
+    edges = FORMS[0].see(method_bodies.dance(_few(), 8), body)["edges"]
     for edge, joint in enumerate(body.layout.turned):
         if body.joints[joint] < 0:
-            np.testing.assert_allclose(np.abs(seen[:, edge]), [[1.0, 0.0, 0.0, 0.0]] * 8, atol=1e-9)
+            np.testing.assert_allclose(np.abs(edges[:, edge]), [[1.0, 0.0, 0.0, 0.0]] * 8, atol=1e-9)
 
 
 def test_joints_that_a_layout_does_not_have_follow_their_parents():
@@ -207,19 +207,19 @@ def test_joints_that_a_layout_does_not_have_follow_their_parents():
     motion = dance(pan_material.BODIES["one"], 20)
     returned = there_and_back(FORMS[0], motion, body, "source")
     globals_ = [each.global_rotations for each in (returned, motion)]
-    kept = [joint for joint in body.joints if joint >= 0]
-    assert rotation.angle(globals_[0][:, kept], globals_[1][:, kept]).max() < 1e-6
+    present = [joint for joint in body.joints if joint >= 0]
+    assert rotation.angle(globals_[0][:, present], globals_[1][:, present]).max() < 1e-6
 
 
 def test_a_body_without_any_known_part_is_named():
-    known = Pan().body(BODIES["one"]).layout
+    layout = Pan().body(BODIES["one"]).layout
     torso = pan_material.without(
         BODIES["one"],
         *(f"{side}{part}" for side in ("Left", "Right") for part in ("UpLeg", "Leg", "Foot", "Toe")),
         structure="torso",
     )
-    legs = replace(known, names=("left_leg",), parts=known.parts[:1])
-    assert assign(torso, {"one": SimpleNamespace(layout=known)}).structure == "one"
+    legs = replace(layout, names=("left_leg",), parts=layout.parts[:1])
+    assert assign(torso, {"one": SimpleNamespace(layout=layout)}).structure == "one"
     with pytest.raises(NotSupported, match=r"no joint of any part that these weights know \(left leg\)"):
         assign(torso, {"one": SimpleNamespace(layout=legs)})
 

@@ -32,9 +32,9 @@ def folder(real_data: Path) -> Path:
 
 def relative(answer: Tensor, expected: np.ndarray) -> float:
     """The largest difference, of the largest number."""
-    given = tensor(expected)
-    assert answer.shape == given.shape
-    return float((answer.detach() - given).abs().max() / given.abs().max())
+    reference = tensor(expected)
+    assert answer.shape == reference.shape
+    return float((answer.detach() - reference).abs().max() / reference.abs().max())
 
 
 def close(answer: Tensor, expected: np.ndarray, name: str = "", times: float = 1.0) -> None:
@@ -94,27 +94,27 @@ class Case:
     # ------------------------------------------------------------------------------------- the batch
     def of(self, name: str, who: np.ndarray) -> dict[str, Tensor]:
         """The bodies that rows are about."""
-        theirs, chosen = self.every[name], torch.tensor(who, dtype=torch.long)
+        reference, chosen = self.every[name], torch.tensor(who, dtype=torch.long)
         by_character = self.module._settings.statistics == "character"
         return {
             "which": 1 + chosen if by_character else torch.zeros_like(chosen),
-            "bones": theirs.bones[chosen],
-            "unit": 1.0 / theirs.heights[chosen],
+            "bones": reference.bones[chosen],
+            "unit": 1.0 / reference.heights[chosen],
             "turn": TURN.expand(len(chosen), 64, 2).contiguous(),
         }
 
     def side(self, key: str) -> dict:
         name = self.names[key]
-        theirs = self.every[name]
-        own = theirs.arrays.get("input/character_of_sample", np.arange(2))
-        mine = self.of(name, own)
+        reference = self.every[name]
+        own = reference.arrays.get("input/character_of_sample", np.arange(2))
+        own_side = self.of(name, own)
         structure = self.module._structures[key]
-        edges = structure.plain(theirs.motion, mine["which"])
-        asked = [
+        edges = structure.plain(reference.motion, own_side["which"])
+        others = [
             self.of(name, self._asked(other, name)) for other in (self.names[k] for k in self.module._names)
         ]
-        every = {k: torch.cat([each[k] for each in (*asked, mine)]) for k in mine}
-        return {"structure": self.module._names.index(key), "edges": edges, **mine, "targets": every}
+        every = {k: torch.cat([each[k] for each in (*others, own_side)]) for k in own_side}
+        return {"structure": self.module._names.index(key), "edges": edges, **own_side, "targets": every}
 
     def _asked(self, source: str, target: str) -> np.ndarray:
         return self.step.get(f"step/{source}_{target}/target_character", np.arange(2))
@@ -151,14 +151,14 @@ def people(folder: Path) -> Case:
 
 @pytest.fixture(scope="module")
 def legs(folder: Path) -> Case:
-    found = pan_oracle.arrays(folder / "pan_three.npz")
-    every = {name: pan_oracle.legs(found, name) for name in LEGS}
+    arrays = pan_oracle.arrays(folder / "pan_three.npz")
+    every = {name: pan_oracle.legs(arrays, name) for name in LEGS}
     method = Pan(variant="released", parts="three")
     module = pan_oracle.training(method, every, width=16, hidden=64, judging=32)
     for name in LEGS:
         speeds = [float(every[name].arrays[f"norm/{end}_velocity"]) for end in ("min", "max")]
         module._objective._tensors["speeds", pan_oracle._key(module, name)] = torch.tensor(speeds)
-    return Case(module, every, found)
+    return Case(module, every, arrays)
 
 
 @pytest.fixture(params=[*PEOPLE, *LEGS])
@@ -170,29 +170,31 @@ def one(request: pytest.FixtureRequest) -> tuple[Case, str]:
 @pytest.mark.parametrize("name", PEOPLE)
 def test_trees_are_theirs(people: Case, name: str):
     """Joints in their order, the root the pelvis where there is one."""
-    theirs = people.every[name]
-    for character in theirs.bodies.values():
+    reference = people.every[name]
+    for character in reference.bodies.values():
         body = Pan(variant="released").body(character)
         names = [character.skeleton.names[joint] for joint in body.joints]
-        assert names == theirs.arrays["structure/names"].tolist()
-        assert [max(parent, 0) for parent in body.layout.parents] == theirs.arrays[
+        assert names == reference.arrays["structure/names"].tolist()
+        assert [max(parent, 0) for parent in body.layout.parents] == reference.arrays[
             "structure/parents"
         ].tolist()
         ends = sorted(ends_of(body.layout).values())
-        assert ends == theirs.arrays["structure/ee_ids"].tolist()
+        assert ends == reference.arrays["structure/ee_ids"].tolist()
 
 
 def test_heights_are_theirs(people: Case):
-    for theirs in people.every.values():
-        found = [100.0 * each.height for each in theirs.bodies.values()]
-        np.testing.assert_allclose(found, theirs.arrays["structure/real_height"], rtol=1e-5)
+    for reference in people.every.values():
+        heights = [100.0 * each.height for each in reference.bodies.values()]
+        np.testing.assert_allclose(heights, reference.arrays["structure/real_height"], rtol=1e-5)
 
 
 def test_compared_joints_are_theirs(legs: Case):
     for key, name in legs.names.items():
-        theirs = legs.every[name]
-        found = [theirs.points[joint] for joint in legs.module._objective._tensors["joints", key].tolist()]
-        assert sorted(found) == sorted(theirs.arrays["structure/scored_joints_with_ends"].tolist())
+        reference = legs.every[name]
+        points = [
+            reference.points[joint] for joint in legs.module._objective._tensors["joints", key].tolist()
+        ]
+        assert sorted(points) == sorted(reference.arrays["structure/scored_joints_with_ends"].tolist())
 
 
 def test_attention_is_masked_as_theirs(one: tuple[Case, str]):
@@ -211,30 +213,30 @@ def channels(code: Tensor) -> Tensor:
 
 def test_skeletons_are_encoded_as_theirs(one: tuple[Case, str]):
     case, name = one
-    theirs = case.every[name]
-    found = case.structure(name).skeleton(theirs.bones)
-    close(100.0 * found.flatten(1)[..., None], theirs.arrays["output/skeleton_code"])
+    reference = case.every[name]
+    code = case.structure(name).skeleton(reference.bones)
+    close(100.0 * code.flatten(1)[..., None], reference.arrays["output/skeleton_code"])
 
 
 def test_motions_are_encoded_and_decoded_as_theirs(one: tuple[Case, str]):
     case, name = one
-    theirs, structure = case.every[name], case.structure(name)
-    code = structure.encoder(theirs.motion)
-    close(channels(code), theirs.arrays["output/motion_code"])
+    reference, structure = case.every[name], case.structure(name)
+    code = structure.encoder(reference.motion)
+    close(channels(code), reference.arrays["output/motion_code"])
     bones = case.side(pan_oracle._key(case.module, name))["bones"]
     decoded = structure.answer(code, bones)
-    expected = theirs.arrays["output/decoded"]
+    expected = reference.arrays["output/decoded"]
     close(as_theirs(decoded, expected), expected)
-    if "output/decoded_without_skeleton" in theirs.arrays:
-        expected = theirs.arrays["output/decoded_without_skeleton"]
+    if "output/decoded_without_skeleton" in reference.arrays:
+        expected = reference.arrays["output/decoded_without_skeleton"]
         close(as_theirs(structure.decoder(code), expected), expected)
 
 
 @pytest.mark.parametrize("name", PEOPLE)
 def test_every_layer_is_theirs(people: Case, name: str):
     """Of the transformer the tokens, eight frames of a sample; edges are dropped behind it."""
-    theirs, structure = people.every[name], people.structure(name)
-    encoder, motion, expected = structure.encoder, theirs.motion, below(theirs.arrays, "between/")
+    reference, structure = people.every[name], people.structure(name)
+    encoder, motion, expected = structure.encoder, reference.motion, below(reference.arrays, "between/")
     embedded = encoder._embedded(encoder._chosen(motion[:1, :8]))
     close(embedded.transpose(0, 1), expected["embedded_slots"])
     tokens, _ = encoder._first(motion, None)
@@ -252,16 +254,16 @@ def test_every_layer_is_theirs(people: Case, name: str):
     close(torch.nn.functional.leaky_relu(hidden, decoder.leak), expected["decoder_layer0"])
 
 
-def as_theirs(edges: Tensor, wanted: np.ndarray) -> Tensor:
+def as_theirs(edges: Tensor, reference: np.ndarray) -> Tensor:
     """Channels last where theirs are, and without the fourth of the root where they have three."""
-    if wanted.shape[1] == edges.shape[1]:
+    if reference.shape[1] == edges.shape[1]:
         return edges.flatten(2)
-    return edges.flatten(2).transpose(1, 2)[:, : wanted.shape[1]]
+    return edges.flatten(2).transpose(1, 2)[:, : reference.shape[1]]
 
 
 def test_positions_are_theirs(one: tuple[Case, str]):
     case, name = one
-    theirs, outputs = case.every[name], case.every[name].arrays
+    reference, outputs = case.every[name], case.every[name].arrays
     side = case.side(pan_oracle._key(case.module, name))
     real = case.module._real(pan_oracle._key(case.module, name), side)
     expected = outputs["output/motion_denormalised"]
@@ -276,24 +278,24 @@ def test_positions_are_theirs(one: tuple[Case, str]):
         same_velocities(ends * scale, outputs["output/end_velocities"])
         close(ends, outputs["output/end_positions"])
     else:
-        close(local, outputs["output/fk_relative_to_root"][:, :, theirs.points])
-    close(positions, outputs["output/fk_world"][:, :, theirs.points])
+        close(local, outputs["output/fk_relative_to_root"][:, :, reference.points])
+    close(positions, outputs["output/fk_world"][:, :, reference.points])
 
 
 def test_discriminators_score_as_theirs(one: tuple[Case, str]):
     case, name = one
-    key, theirs = pan_oracle._key(case.module, name), case.every[name]
+    key, reference = pan_oracle._key(case.module, name), case.every[name]
     side = case.side(key)
     real = case.module._real(key, side)
     score = case.discriminator(name)(case.seen(name, real))
-    close(score, theirs.arrays["output/discriminator_of_input"].reshape(2, 50))
+    close(score, reference.arrays["output/discriminator_of_input"].reshape(2, 50))
     edges = case.structure(name).answer(case.structure(name).encoder(real.edges), side["bones"])
     answer = case.module._answer(key, edges, side)
     if name in PEOPLE:
         score = case.discriminator(name)(case.seen(name, answer))
-        close(score, theirs.arrays["output/discriminator_of_decoded"])
+        close(score, reference.arrays["output/discriminator_of_decoded"])
     else:
-        close(answer.positions, theirs.arrays["output/fk_world_of_decoded"][:, :, theirs.points])
+        close(answer.positions, reference.arrays["output/fk_world_of_decoded"][:, :, reference.points])
 
 
 # ------------------------------------------------------------------------------------------- one step
@@ -355,8 +357,8 @@ def test_every_loss_between_legs_is_theirs(legs: Case):
 def same_terms(case: Case, single: dict, total: float, discriminators: float) -> None:
     assert set(case.terms) == set(single)
     for name, each in single.items():
-        found = [term.item() for term in case.single[name]]
-        np.testing.assert_allclose(found, np.array(each, dtype=float), rtol=1e-5, err_msg=name)
+        actual = [term.item() for term in case.single[name]]
+        np.testing.assert_allclose(actual, np.array(each, dtype=float), rtol=1e-5, err_msg=name)
         assert case.terms[name].item() == pytest.approx(float(np.sum(each)), rel=1e-5), name
     assert sum(each.item() for each in case.terms.values()) == pytest.approx(total, rel=1e-5)
     assert case.told().item() == pytest.approx(discriminators, rel=1e-5)
@@ -370,17 +372,17 @@ def test_gradients_are_as_long_as_theirs(which: str, request: pytest.FixtureRequ
     torch.stack(list(case.terms.values())).sum().backward(retain_graph=True)
     module.modules["discriminator"].zero_grad(set_to_none=True)
     case.told().backward()
-    seen = 0
-    for name, theirs in case.every.items():
+    compared = 0
+    for name, reference in case.every.items():
         room = f"grad_norm/{name}/" if which == "people" else f"{name}/grad_norm/"
-        for key, own in pan_oracle.take_over(module, name, theirs).items():
+        for key, own in pan_oracle.take_over(module, name, reference).items():
             expected = float(case.step[f"{room}{key}"])
             assert own.grad is not None
             # some hidden numbers of the embedding are zero but for rounding, where a rectifier bends
             near = 2e-4 if "joint_pos_encoder" in key else 2e-5
             assert own.grad.norm().item() == pytest.approx(expected, rel=near), (name, key)
-            seen += 1
-    assert seen > 75
+            compared += 1
+    assert compared > 75
 
 
 def test_each_discriminator_s_loss_is_theirs(people: Case, legs: Case):
@@ -423,10 +425,10 @@ def test_resting_ends_are_weighed_as_theirs(folder: Path):
     for number in range(count):
         pred, gt = (step[f"criterion_ee/{number}/{end}"].astype(np.float64) for end in ("pred", "gt"))
         moved = [torch.from_numpy(np.concatenate([0 * e[:, :1], e.cumsum(1)], 1) / 10) for e in (pred, gt)]
-        found, expected = (
+        actual, expected = (
             losses.end_effectors(*moved, resting=True).item(),
             step[f"criterion_ee/{number}/loss"],
         )
         if np.isnan(expected):
             expected = np.mean((pred - gt) ** 2)
-        assert found == pytest.approx(float(expected), rel=1e-5)
+        assert actual == pytest.approx(float(expected), rel=1e-5)

@@ -34,11 +34,11 @@ def oracle(real_data):
 def their_names() -> dict[str, torch.Tensor]:
     """Tensors of the sizes and names of the authors' file, drawn at random."""
     torch.manual_seed(0)
-    found = {}
-    for ours, tensor in SkeletonAwareNetwork().state_dict().items():
-        encoder, _, rest = ours.partition(".")
-        theirs = {"motion": "q_encoder", "body": "skel_encoder"}.get(encoder)
-        if theirs:
+    state = {}
+    for own_name, tensor in SkeletonAwareNetwork().state_dict().items():
+        encoder, _, rest = own_name.partition(".")
+        authors_name = {"motion": "q_encoder", "body": "skel_encoder"}.get(encoder)
+        if authors_name:
             inside = {
                 "enter": "token_linear",
                 "qkv": "trans1.layers.0.0.to_qkv",
@@ -48,11 +48,11 @@ def their_names() -> dict[str, torch.Tensor]:
                 "feed.1": "trans1.layers.0.1.fn.fn.nn2",
             }
             module, _, kind = rest.rpartition(".")
-            found[f"module.delta_dec.{theirs}.{inside[module]}.{kind}"] = tensor.clone()
+            state[f"module.delta_dec.{authors_name}.{inside[module]}.{kind}"] = tensor.clone()
         elif encoder in ("join", "change"):
             name = {"join": "embed_linear", "change": "delta_linear"}[encoder]
-            found[f"module.delta_dec.{name}.{rest}"] = tensor.clone()
-    return {**found, "module.delta_dec.pos_encoder.pe": joint_code(512)[None]}
+            state[f"module.delta_dec.{name}.{rest}"] = tensor.clone()
+    return {**state, "module.delta_dec.pos_encoder.pe": joint_code(512)[None]}
 
 
 def repository(folder: Path, weights, statistics) -> Path:
@@ -89,8 +89,8 @@ def released(oracle, tmp_path_factory):
         for name, array in oracle.items()
         if name.startswith("state/")
     }
-    kept = ("local_mean", "local_std_as_stored", "quat_mean", "quat_std")
-    statistics = {name: oracle[f"stats/{key}"] for name, key in zip(STATISTICS.values(), kept, strict=True)}
+    keys = ("local_mean", "local_std_as_stored", "quat_mean", "quat_std")
+    statistics = {name: oracle[f"stats/{key}"] for name, key in zip(STATISTICS.values(), keys, strict=True)}
     file = repository(tmp_path_factory.mktemp("r2et"), weights, statistics)
     return R2ET(weights=str(file), facing=10.0)
 
@@ -117,8 +117,8 @@ def test_the_network_is_theirs(released, oracle):
     changes = network(rotations, *codes)
     # the code of the joints' order changes theirs by no more than 7e-6
     assert close(changes, oracle["output/delta_quaternions"]) < 1e-6
-    found = rotation.multiply(rotations, changes).double().numpy()
-    apart = rotation.angle(found, oracle["output/quaternions"].astype(float))
+    actual = rotation.multiply(rotations, changes).double().numpy()
+    apart = rotation.angle(actual, oracle["output/quaternions"].astype(float))
     assert np.degrees(apart).max() < 1e-3
 
 
@@ -129,8 +129,8 @@ def test_statistics_and_what_is_normalised_by_them_are_theirs(released, oracle):
     deviation = network.scale.get_buffer("positions_deviation")
     assert close(deviation, oracle["stats/local_std_as_used"].reshape(-1)) < 1e-6
     for body in ("source", "target"):
-        found = network.normal("positions", torch.from_numpy(oracle[f"input/{body}_skeleton"]))
-        assert close(found, oracle[f"input/{body}_skeleton_normalised"]) < 1e-5
+        normalised = network.normal("positions", torch.from_numpy(oracle[f"input/{body}_skeleton"]))
+        assert close(normalised, oracle[f"input/{body}_skeleton_normalised"]) < 1e-5
     np.testing.assert_array_equal(oracle["input/sequence_normalised"][:, 66:], oracle["input/global"])
     frame = int(oracle["between/frame"])
     change = torch.from_numpy(oracle["between/delta_before_denormalising"])
@@ -143,14 +143,14 @@ def test_positions_that_losses_and_files_have_are_theirs(released, oracle):
     """Forward kinematics of the 22 joints, the hips where the skeleton's first row says; normalised."""
     assert oracle["structure/parents"].tolist() == list(body22.PARENTS)
     names, offsets = oracle["structure/names"].tolist(), oracle["written/offsets"].astype(float)
-    found = role_finding.find(Skeleton(tuple(names), oracle["structure/parents"], offsets))
-    assert tuple(found) == body22.BODY22
+    actual = role_finding.find(Skeleton(tuple(names), oracle["structure/parents"], offsets))
+    assert tuple(actual) == body22.BODY22
     bones = torch.from_numpy(oracle["input/target_skeleton"])
     turned = torch.from_numpy(oracle["output/quaternions"])
     hips = bones[:1].expand(len(turned), -1)
     positions, _ = kinematics_torch.forward(kinematics_torch.Tree.of(body22.SKELETON), bones, turned, hips)
-    found = released._network.normal("positions", positions)
-    assert close(found, oracle["output/local_positions_normalised"]) < 1e-5
+    actual = released._network.normal("positions", positions)
+    assert close(actual, oracle["output/local_positions_normalised"]) < 1e-5
 
 
 def test_their_files_are_seen_and_answered_as_they_see_and_answer_them(released, oracle, real_data):
@@ -165,17 +165,18 @@ def test_their_files_are_seen_and_answered_as_they_see_and_answer_them(released,
         assert features.size(motion.character, "chain") == pytest.approx(
             float(oracle[f"input/{whose}_chain_length"]), rel=1e-5
         )
-    seen = features.rotations(source, released.facing)[:120]
-    assert np.degrees(rotation.angle(seen, oracle["input/quaternions"])).max() < 1e-3
-    changes = changed(released._network, seen, source.character, target.character)
+    rotations = features.rotations(source, released.facing)[:120]
+    assert np.degrees(rotation.angle(rotations, oracle["input/quaternions"])).max() < 1e-3
+    changes = changed(released._network, rotations, source.character, target.character)
     apart = rotation.angle(changes.astype(float), oracle["output/delta_quaternions"].astype(float))
     assert np.degrees(apart).max() < 1e-3  # the height of the hips, told otherwise, changes that little
 
     answer = released.retarget(source, target.character, context=Context())
     own = answer.rotations[:120, list(features.body(target.character).joints)]
     written = np.degrees(rotation.angle(own, oracle["written/quaternions"].astype(float))).max(0)
-    kept = [joint for joint in range(1, 22) if joint not in oracle["written/joint_left_alone"]]
-    assert written[kept].max() < 1e-3  # they turn the hips by another heading, from the first frame alone
+    compared = [joint for joint in range(1, 22) if joint not in oracle["written/joint_left_alone"]]
+    # they turn the hips by another heading, from the first frame alone
+    assert written[compared].max() < 1e-3
 
 
 def test_ratio_of_the_path(oracle, real_data):
@@ -271,5 +272,5 @@ def test_statistics_that_are_no_array_are_refused(file):
 
 
 def test_every_name_of_theirs_is_one_of_ours():
-    ours = {name for name in SkeletonAwareNetwork().state_dict() if not name.startswith("scale.")}
-    assert set(renamed(their_names(), Path("x.pt"))) == ours
+    own_names = {name for name in SkeletonAwareNetwork().state_dict() if not name.startswith("scale.")}
+    assert set(renamed(their_names(), Path("x.pt"))) == own_names

@@ -19,11 +19,11 @@ NOTHING = Context()
 @pytest.mark.parametrize("method", [CopyRotations, BoneDirections])
 def test_it_gives_what_a_method_with_that_rule_gives(method, rule):
     source, target = dance(body()), body("other", thigh=0.6, shin=0.5, hip=0.2)
-    usual, wanted = (
+    usual, expected = (
         method(root_rule=each).retarget(source, target, context=NOTHING) for each in ("hip_height", rule)
     )
     moved = RootPath(root_rule=rule).process(usual, source, context=NOTHING)
-    np.testing.assert_allclose(moved.positions, wanted.positions, atol=1e-12)
+    np.testing.assert_allclose(moved.positions, expected.positions, atol=1e-12)
     flat = target.positions(usual.positions, usual.fps)
     there = RootPath(root_rule=rule).process(flat, source, context=NOTHING)
-    np.testing.assert_allclose(there.positions, wanted.positions, atol=1e-12)
+    np.testing.assert_allclose(there.positions, expected.positions, atol=1e-12)

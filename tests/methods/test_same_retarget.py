@@ -30,11 +30,11 @@ def test_the_whole_way_is_the_authors(real_data, tmp_path, pair) -> None:
     )
     source = source.at(slice(41))  # the authors leave out the first frame, which has no frame before it
     answer = retargeted(same_material.released(arrays, tmp_path), source, target.character)
-    theirs = arrays[f"{pair}/target/names"].tolist()
-    names = [name for name in theirs if not name.endswith("_End")]
-    expected = arrays[f"{pair}/output/world_positions"][:, [theirs.index(name) for name in names]]
-    found = 100 * answer.positions[1:, [target.skeleton.index(name) for name in names]]
-    level = [each - each[:1, :1] * [1, 0, 1] for each in (found, expected)]
+    target_names = arrays[f"{pair}/target/names"].tolist()
+    names = [name for name in target_names if not name.endswith("_End")]
+    expected = arrays[f"{pair}/output/world_positions"][:, [target_names.index(name) for name in names]]
+    actual = 100 * answer.positions[1:, [target.skeleton.index(name) for name in names]]
+    level = [each - each[:1, :1] * [1, 0, 1] for each in (actual, expected)]
     paths = [(each[..., 2] + 1j * each[..., 0]).ravel() for each in level]
     turn = np.vdot(*paths)
     placed = facing.placed(level[0], turn / abs(turn))
@@ -51,8 +51,8 @@ def test_released_files_are_read_and_known_by_what_they_hold(real_data, tmp_path
     assert Same(weights=str(folder / MODEL)).weights_hash == method.weights_hash  # a file for its folder
     answer = method.retarget(dance(BODIES["plain"]), BODIES["small"], context=Context())
     assert np.isfinite(answer.positions).all()
-    kept = torch.load(folder / STATISTICS, weights_only=True)
-    torch.save(kept | {"q_m": kept["q_m"] + 1}, folder / STATISTICS)
+    stored = torch.load(folder / STATISTICS, weights_only=True)
+    torch.save(stored | {"q_m": stored["q_m"] + 1}, folder / STATISTICS)
     assert Same(weights=str(folder)).weights_hash != method.weights_hash
 
 
@@ -61,14 +61,14 @@ def test_files_that_are_not_the_authors_are_refused_in_a_sentence(tmp_path) -> N
     torch.save(statistics, tmp_path / STATISTICS)
     with pytest.raises(FileError, match=f"lacks {MODEL}; SAME needs both"):
         Same(weights=str(tmp_path)).supports(BODIES["plain"], BODIES["small"])
-    for wrong, said in (
+    for wrong, message in (
         ([1, 2], "holds something else than named tensors"),
         ({3: torch.ones(2)}, "holds something else than named tensors"),
         ({"weights": 1}, "holds no network of SAME's"),
         ({"model": {}}, "lacks SAME's statistics q_m, p_m"),
     ):
         torch.save(wrong, tmp_path / MODEL)
-        with pytest.raises(FileError, match=said):
+        with pytest.raises(FileError, match=message):
             _ = Same(weights=str(tmp_path)).tensors
     torch.save({"model": {"encoder.0.convs.3.bias": torch.full((16,), torch.inf)}}, tmp_path / MODEL)
     with pytest.raises(FileError, match=rf"{MODEL}: encoder\.0\.convs\.3\.bias .*not finite"):
@@ -107,9 +107,9 @@ def test_errors_of_a_relative_path_fade_and_those_of_an_integrated_one_add_up() 
         answer = same_material.trained(path=path).retarget(source, BODIES["small"], context=Context())
         away[path] = np.linalg.norm((answer.root - ratio * source.root)[:, [0, 2]], axis=-1)
         assert away[path][0] < 1e-9
-    late = {path: each[150:].max() / each[:50].max() for path, each in away.items()}
-    assert late["relative"] < 1.5
-    assert late["integrated"] > 3.0
+    growth = {path: each[150:].max() / each[:50].max() for path, each in away.items()}
+    assert growth["relative"] < 1.5
+    assert growth["integrated"] > 3.0
 
 
 def test_where_the_source_stands_and_faces_is_where_the_answer_does() -> None:

@@ -77,14 +77,14 @@ def _names(recorded: Oracle) -> list[str]:
 def structure_of(recorded: Oracle, design: Design = RELEASED) -> Structure:
     """Ours with the authors' weights; rows 1 and 2 of the statistics are those of their characters."""
     body = character(recorded, 0, "any")
-    made = Structure(layout_of(body.skeleton.parents.tolist(), body.roles), design, ("a", "b"))
+    structure = Structure(layout_of(body.skeleton.parents.tolist(), body.roles), design, ("a", "b"))
     networks = (saved(recorded, name) for name in ("auto_encoder", "static_encoder"))
-    for name, tensor in released.parameters(made, *networks):
-        made.get_parameter(name).data = tensor.contiguous()
-    for mine, name in ((made.mean, "norm/mean"), (made.deviation, "norm/var")):
-        mine[1:].flatten(1)[:, :-1] = recorded[name][..., 0]
-    made.mean[1:, -1, 3], made.deviation[1:, -1, 3] = 0.0, 1.0
-    return made
+    for name, tensor in released.parameters(structure, *networks):
+        structure.get_parameter(name).data = tensor.contiguous()
+    for statistic, name in ((structure.mean, "norm/mean"), (structure.deviation, "norm/var")):
+        statistic[1:].flatten(1)[:, :-1] = recorded[name][..., 0]
+    structure.mean[1:, -1, 3], structure.deviation[1:, -1, 3] = 0.0, 1.0
+    return structure
 
 
 def saved(recorded: Oracle, network: str) -> SavedNetwork:
@@ -94,19 +94,19 @@ def saved(recorded: Oracle, network: str) -> SavedNetwork:
 def discriminator_of(recorded: Oracle) -> Discriminator:
     body = character(recorded, 0, "any")
     layout = layout_of(body.skeleton.parents.tolist(), body.roles)
-    made = Discriminator(RELEASED.levels(layout))
-    fill_discriminator(made, recorded)
-    return made
+    discriminator = Discriminator(RELEASED.levels(layout))
+    fill_discriminator(discriminator, recorded)
+    return discriminator
 
 
-def fill_discriminator(made: Discriminator, recorded: Oracle) -> None:
+def fill_discriminator(discriminator: Discriminator, recorded: Oracle) -> None:
     network = saved(recorded, "discriminator")
-    for layer, name in ((made.first, "layers.0.0"), (made.last, "layers.1.0")):
+    for layer, name in ((discriminator.first, "layers.0.0"), (discriminator.last, "layers.1.0")):
         count = 1 + layer.pairs[-1][0]
         layer.weight.data = network.blocks(name, layer.pairs, (count, count)).contiguous()
-    made.last.bias.data = network.take("layers.1.0.bias").view_as(made.last.bias)
+    discriminator.last.bias.data = network.take("layers.1.0.bias").view_as(discriminator.last.bias)
     for name in ("weight", "bias", "running_mean", "running_var"):
-        getattr(made.norm, name).data = recorded[f"state/discriminator/layers.0.1.{name}"].clone()
+        getattr(discriminator.norm, name).data = recorded[f"state/discriminator/layers.0.1.{name}"].clone()
 
 
 def slots(channels: Tensor) -> Tensor:
@@ -132,10 +132,10 @@ def rows(recorded: Oracle) -> Tensor:
     return torch.from_numpy(recorded["input/character_of_sample"]).long() + 1
 
 
-def close(ours: Tensor, theirs: Tensor, relative: float = 1e-5) -> None:
+def close(actual: Tensor, expected: Tensor, relative: float = 1e-5) -> None:
     """Within a share of the largest of their numbers."""
-    assert ours.shape == theirs.shape
-    assert (ours - theirs).abs().max() <= relative * theirs.abs().max()
+    assert actual.shape == expected.shape
+    assert (actual - expected).abs().max() <= relative * expected.abs().max()
 
 
 def listed(table: np.ndarray) -> tuple[tuple[int, ...], ...]:
@@ -159,38 +159,40 @@ def test_neighbours_and_poolings_are_the_authors(recorded):
 
 # ----------------------------------------------------------------------------------------- networks
 def test_networks_answer_as_the_authors(recorded):
-    made = structure_of(recorded).eval()
-    seen = slots(recorded["input/motion"])
+    structure = structure_of(recorded).eval()
+    motion = slots(recorded["input/motion"])
     with torch.no_grad():
-        both = made.codes(bones(recorded, np.arange(2)))
+        both = structure.codes(bones(recorded, np.arange(2)))
         close(both[0].view_as(recorded["output/skeleton_code/0"]), recorded["output/skeleton_code/0"])
         close(both[1], recorded["output/skeleton_code/1"])
-        close(made.skeleton.layer(1, both[1]), recorded["output/skeleton_code/2"])
-        codes = made.codes(bones(recorded))
-        code = made.encoder(seen, codes)
+        close(structure.skeleton.layer(1, both[1]), recorded["output/skeleton_code/2"])
+        codes = structure.codes(bones(recorded))
+        code = structure.encoder(motion, codes)
         close(code.flatten(2).transpose(1, 2), recorded["output/motion_code"])
-        decoded = made.decoder(code, codes)
+        decoded = structure.decoder(code, codes)
         close(channels(decoded), recorded["output/decoded"])
-        close(channels(made.plain(seen, rows(recorded))), recorded["output/motion_denormalised"])
-        made.freeze()
-        close(channels(made.decoder(made.encoder(seen, codes), codes)), recorded["output/decoded"])
+        close(channels(structure.plain(motion, rows(recorded))), recorded["output/motion_denormalised"])
+        structure.freeze()
+        close(
+            channels(structure.decoder(structure.encoder(motion, codes), codes)), recorded["output/decoded"]
+        )
 
 
 def test_layers_answer_as_the_authors(recorded):
     """Behind poolings, which are part of our layers, and between two of them, which are not."""
-    made = structure_of(recorded).eval()
+    structure = structure_of(recorded).eval()
     leak = torch.nn.functional.leaky_relu
     with torch.no_grad():
-        codes = made.codes(bones(recorded))
-        seen = slots(recorded["input/motion"]).flatten(2).transpose(1, 2)
-        first, second = made.encoder.layers
-        close(leak(first(seen, codes[0]), 0.2), recorded["between/encoder_layer0"])
+        codes = structure.codes(bones(recorded))
+        motion = slots(recorded["input/motion"]).flatten(2).transpose(1, 2)
+        first, second = structure.encoder.layers
+        close(leak(first(motion, codes[0]), 0.2), recorded["between/encoder_layer0"])
         pools = [recorded[f"pool_weight/auto_encoder/enc.layers.{k}.1"] for k in range(2)]
-        close(first(seen, codes[0]), pools[0] @ recorded["between/encoder_conv0"])
+        close(first(motion, codes[0]), pools[0] @ recorded["between/encoder_conv0"])
         hidden = recorded["between/encoder_layer0"]
         close(leak(second(hidden, codes[1]), 0.2), recorded["between/encoder_layer1"])
         close(second(hidden, codes[1]), pools[1] @ recorded["between/encoder_conv1"])
-        answer = made.decoder.layers[0](recorded["between/encoder_layer1"], codes[1])
+        answer = structure.decoder.layers[0](recorded["between/encoder_layer1"], codes[1])
         close(leak(answer, 0.2), recorded["between/decoder_layer0"])
 
 
@@ -210,16 +212,20 @@ def test_kinematics_are_the_authors(recorded):
 
 def kinematics_of(recorded: Oracle) -> Kinematics:
     body = character(recorded, 0, "any")
-    mine = aligned(body)
-    return Kinematics(LayoutBody(body, layout_of(mine.skeleton.parents.tolist(), mine.roles), mine.joints))
+    aligned_body = aligned(body)
+    return Kinematics(
+        LayoutBody(
+            body, layout_of(aligned_body.skeleton.parents.tolist(), aligned_body.roles), aligned_body.joints
+        )
+    )
 
 
 @pytest.mark.parametrize("training", [False, True], ids=["eval", "train"])
 def test_discriminators_answer_as_the_authors(recorded, training):
     for name in ("input", "decoded"):
         judge = discriminator_of(recorded).train(training)
-        seen = bone_vectors(recorded, name)
-        scores = judge(seen)
+        vectors = bone_vectors(recorded, name)
+        scores = judge(vectors)
         close(scores, recorded[f"output/discriminator_of_{name}_{'train' if training else 'eval'}"])
 
 
@@ -266,11 +272,11 @@ class Step:
             compare(pair, code, again)
 
         def answering(names: Any, there: int, *rest: Any) -> Any:
-            recorded = answers(names, there, *rest)
+            answered = answers(names, there, *rest)
             self.answers |= {
-                (here, names[there]): each for here, each in zip(names, recorded, strict=False)
+                (here, names[there]): each for here, each in zip(names, answered, strict=False)
             }
-            return recorded
+            return answered
 
         objective.add, objective.compare, module._answers = adding, comparing, answering
 
@@ -290,8 +296,8 @@ def training_module(oracle: Any) -> SanTraining:
         clips[name] = [ClipArrays(name, "still", single_precision(method.prepare(still)))]
     module = method.training_module(TrainingData(cast, clips), TrainingConfig(1, 4, 64, 1e-3))
     for name in BOTH:
-        known = structure_of(oracle(name))
-        module._structures[name].load_state_dict(known.state_dict())
+        structure = structure_of(oracle(name))
+        module._structures[name].load_state_dict(structure.state_dict())
         fill_discriminator(module.modules["discriminator"].discriminators[name], oracle(name))
     return module
 
@@ -300,11 +306,11 @@ def step_batch(oracle: Any) -> dict[str, Any]:
     record, sides = oracle("step"), []
     for number, name in enumerate(BOTH):
         recorded = oracle(name)
-        known = structure_of(recorded)
+        structure = structure_of(recorded)
         own = record[f"step/{name}/character"]
         bodies = [record[f"step/{other}_{name}/target_character"] for other in BOTH] + [own]
         which = torch.from_numpy(own.astype(np.int64)) + 1
-        edges = known.plain(slots(recorded["input/motion"]), which)
+        edges = structure.plain(slots(recorded["input/motion"]), which)
         sides.append(
             {
                 "structure": number,
@@ -346,8 +352,8 @@ def test_every_term_is_the_authors(step, oracle):
             expected += [("cycle", f"cycle_loss_{here}_{there}"), ("ends", f"ee_loss_{here}_{there}")]
             expected += [("adversarial", f"G_loss_{here}_{there}")] * (here != there)
     assert [name for name, _ in step.terms] == [name for name, _ in expected]
-    for (_, ours), (_, theirs) in zip(step.terms, expected, strict=True):
-        assert ours == pytest.approx(float(record[f"loss/{theirs}"]), rel=1e-5), theirs
+    for (_, value), (_, key) in zip(step.terms, expected, strict=True):
+        assert value == pytest.approx(float(record[f"loss/{key}"]), rel=1e-5), key
     total = sum(term.item() for term in step.generator.values())
     assert total == pytest.approx(float(record["loss/sum/loss_G_total"]), rel=1e-5)
     assert step.judged.item() == pytest.approx(float(record["loss/sum/loss_D"]), rel=1e-5)
@@ -356,14 +362,14 @@ def test_every_term_is_the_authors(step, oracle):
 @pytest.mark.parametrize("here", BOTH)
 @pytest.mark.parametrize("there", BOTH)
 def test_answers_in_the_step_are_the_authors(step, oracle, here, there):
-    record, answer, known = oracle("step"), step.answers[here, there], f"step/{here}_{there}"
-    close(channels(answer.edges), record[f"{known}/retargeted"])
-    close(step.again[here, there].flatten(2).transpose(1, 2), record[f"{known}/code_of_retargeted"])
+    record, answer, prefix = oracle("step"), step.answers[here, there], f"step/{here}_{there}"
+    close(channels(answer.edges), record[f"{prefix}/retargeted"])
+    close(step.again[here, there].flatten(2).transpose(1, 2), record[f"{prefix}/code_of_retargeted"])
     vectors = step.module._discriminator_inputs(there, answer)
-    close(vectors, record[f"{known}/bone_vectors"])
+    close(vectors, record[f"{prefix}/bone_vectors"])
     ends = answer.in_heights[:, :, oracle(there)["structure/ee_ids"].tolist()]
     # differences of positions about a height away, in single precision: in double ours differ as much
-    assert (10 * ends.diff(dim=1) - record[f"{known}/end_velocities"]).abs().max() < 1e-5
+    assert (10 * ends.diff(dim=1) - record[f"{prefix}/end_velocities"]).abs().max() < 1e-5
     rests = (10 * ends.diff(dim=1)).norm(dim=-1) < 0.008
     order = [(a, b) for a in BOTH for b in BOTH].index((here, there))
     assert rests.float().mean().item() == pytest.approx(float(record["share_of_rest"][order]), rel=1e-5)
@@ -371,22 +377,25 @@ def test_answers_in_the_step_are_the_authors(step, oracle, here, there):
 
 def test_gradients_of_the_generator_have_the_authors_norms(step, oracle):
     record, compared = oracle("step"), 0
-    names = {theirs: f"{ours}.motion" for theirs, ours in released.LAYERS.items()}
-    names |= {f"{theirs}.offset_enc": ours.replace("motion", "body") for theirs, ours in names.items()}
+    names = {authors_name: f"{own_name}.motion" for authors_name, own_name in released.LAYERS.items()}
+    names |= {
+        f"{authors_name}.offset_enc": own_name.replace("motion", "body")
+        for authors_name, own_name in names.items()
+    }
     for key in (name for name in record.names if name.startswith("grad_norm/")):
         _, structure, network, parameter = key.split("/")
         layer, kind = parameter.rsplit(".", 1)
         if network == "auto_encoder":
-            ours = f"{structure}.{names[layer]}.{kind}"
+            own_name = f"{structure}.{names[layer]}.{kind}"
         elif network == "static_encoder":
-            ours = f"{structure}.skeleton.layers.0.{kind}"
+            own_name = f"{structure}.skeleton.layers.0.{kind}"
         else:
             continue
         # what the last layer adds to all frames has a gradient that nearly cancels: theirs, in single
         # precision, is up to 6e-5 away from ours in double
         added = "dec.layers.1.2" in key and not key.endswith("1.2.weight")
         rounding = 1e-4 if added else 1e-5
-        assert step.gradients[ours] == pytest.approx(float(record[key]), rel=rounding), key
+        assert step.gradients[own_name] == pytest.approx(float(record[key]), rel=rounding), key
         compared += 1
     assert compared == len(step.gradients)
 
@@ -404,7 +413,7 @@ def test_gradients_of_discriminators_have_the_authors_norms(step, oracle, name):
     for judge in (lean, plain):
         judge(fake)  # the generator's part of the step: only statistics remain of it
         discriminator_loss(judge(real), judge(fake)).backward()
-    ours = {
+    tensors = {
         "layers.0.0.weight": lean.first.weight,
         "layers.0.1.weight": lean.norm.weight,
         "layers.0.1.bias": lean.norm.bias,
@@ -415,11 +424,11 @@ def test_gradients_of_discriminators_have_the_authors_norms(step, oracle, name):
         "layers.0.2.weight": plain.pool0,
         "layers.1.1.weight": plain.pool1,
     }
-    known = {key.rsplit("/", 1)[1]: key for key in record.names if f"{name}/discriminator/layers" in key}
-    known = {key: value for key, value in known.items() if value.startswith("grad_norm")}
-    assert known.keys() == ours.keys()
-    for key, each in ours.items():
-        assert each.grad.norm().item() == pytest.approx(float(record[known[key]]), rel=1e-5), key
+    keys = {key.rsplit("/", 1)[1]: key for key in record.names if f"{name}/discriminator/layers" in key}
+    keys = {key: value for key, value in keys.items() if value.startswith("grad_norm")}
+    assert keys.keys() == tensors.keys()
+    for key, each in tensors.items():
+        assert each.grad.norm().item() == pytest.approx(float(record[keys[key]]), rel=1e-5), key
     after = f"step/{name}/discriminator_buffers_after/layers.0.1"
     norm = step.module.modules["discriminator"].discriminators[name].norm
     for buffer in ("running_mean", "running_var"):
@@ -437,9 +446,9 @@ def test_the_error_they_print_is_of_world_positions(oracle, name):
         places = []
         for kind in ("gt", "0"):
             plain = slots(record[f"get_error/{name}/{number}/raw_{kind}"].unsqueeze(0))
-            found_places = world(kinematics(plain, offsets), plain[:, :, -1], "position")[0]
-            close(found_places, record[f"get_error/{name}/{number}/positions_{kind}"], 1e-4)
-            places.append(found_places)
+            positions = world(kinematics(plain, offsets), plain[:, :, -1], "position")[0]
+            close(positions, record[f"get_error/{name}/{number}/positions_{kind}"], 1e-4)
+            places.append(positions)
         apart = (places[0] - places[1]) / record[f"get_error/{name}/height"]
         errors.append(apart.square().mean().item())
     assert errors == pytest.approx(record[f"get_error/{name}/error_per_motion"].tolist(), rel=1e-4)
