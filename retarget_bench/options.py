@@ -242,8 +242,8 @@ def misfit(name: str, value: object, kind: Any) -> str:
 
 
 def _fits(value: object, kind: Any) -> bool:
-    """True if a value is of an annotated type, sequences item by item. Truth values are no numbers; any
-    value is as good as a truth value."""
+    """True if a value is of an annotated type, sequences item by item. Truth values are no numbers, and
+    nothing else is a truth value: any text is true to Python."""
     origin, inner = get_origin(kind), get_args(kind)
     if origin in (Union, UnionType):
         return any(_fits(value, each) for each in inner)
@@ -258,13 +258,14 @@ def _fits(value: object, kind: Any) -> bool:
     if kind in _NUMBERS:
         return isinstance(value, _NUMBERS[kind]) and not isinstance(value, bool)
     kind = origin or kind
-    return kind in (Any, bool) or isinstance(value, kind)
+    return kind is Any or isinstance(value, kind)
 
 
 _TYPES = {
     "str": "text",
     "PathLike": "a path",
     "Path": "a path",
+    "bool": "True or False",
     "int": "a whole number",
     "float": "a number",
     "NoneType": "None",

@@ -66,6 +66,7 @@ class Wide(OptionSet):
 
     width: float = option("How wide.", default=1.0, above=0, below=10, letter="w", metavar="M")
     names: Names = option("Whose.", default=())
+    bare: bool = option("Without anything on it.", default=False)
 
 
 class Wider(Wide):
@@ -103,6 +104,7 @@ def test_a_field_in_the_place_of_another_is_an_option_once():
         ({"width": 10**20}, "width is 100000000000000000000;"),
         ({"width": "2"}, "width is '2', of type str; it takes a number"),
         ({"width": True}, "width is True, of type bool; it takes a number"),
+        ({"bare": "no"}, "bare is 'no', of type str; it takes True or False"),
         ({"names": 3}, "names is 3, of type int; it takes text or a list of text"),
         ({"names": " , "}, "names: ' , ' names nothing; leave it out for all, or name some"),
         ({"names": [",", ""]}, "names: ', ' names nothing"),

@@ -128,7 +128,7 @@ def locate(path: str | Path) -> Path:
         raise FileError(
             path,
             "there are no weights of this name; give a folder of bench train, a card (.json) or a file of "
-            "tensors (.safetensors)",
+            "tensors (.safetensors); bench info METHOD says whether it reads its authors' files, too",
         )
     return card
 

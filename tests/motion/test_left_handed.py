@@ -11,6 +11,7 @@ import pytest
 from editing_bodies import body, fingers, gait
 
 from retarget_bench.commands import doctor
+from retarget_bench.errors import BenchError
 from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh import Document
 from retarget_bench.motion.files import read, writing
@@ -61,6 +62,14 @@ def test_the_saved_reading_mirrors(pair, tmp_path):
     saved.write_text(doctor.reading_text(load(pair[1])))
     (doubt,) = load(pair[1], Reading(reading=saved)).findings.doubts
     assert "is the file left-handed? Then say mirror=true" in doubt
+
+
+def test_only_true_mirrors():
+    assert Reading.of({"mirror": True}).mirror
+    assert not Reading.of({"mirror": False}).mirror
+    for value in ("maybe", "no", 1, None):
+        with pytest.raises(BenchError, match=r"mirror is .*; it takes True or False"):
+            Reading.of({"mirror": value})
 
 
 def test_a_left_handed_target_keeps_its_dress(pair, tmp_path):

@@ -140,7 +140,7 @@ class Reading(OptionSet):
 
 
 def _fitting(value: Any, field: Option) -> Any:
-    written = isinstance(value, int | float) and not field.is_a(float)
+    written = isinstance(value, int | float) and not (field.is_a(float) or field.is_a(bool))
     return str(value) if written else value
 
 
