@@ -7,14 +7,14 @@ hips and elbows forwards, knees backwards, feet forwards.
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise, permutations
 
 import numpy as np
 
 from retarget_bench.motion import rotation
-from retarget_bench.motion.role_aliases import LIMBS
+from retarget_bench.motion.role_aliases import LIMBS, read
 from retarget_bench.motion.role_limbs import Limb, Line, Tree, lines_of
 from retarget_bench.motion.roles import ESSENTIAL, SIDES, Roles, ancestors, common_ancestor
 from retarget_bench.motion.skeleton import Skeleton
@@ -75,6 +75,8 @@ def completed(
     """
     joint_of = {role: joint for joint, role in enumerate(roles) if role is not None}
     found = None if joint_of.keys() >= set(ESSENTIAL) else guess(skeleton, places)
+    if found and (side := _side_by_names(skeleton, found.joint_of)):
+        found = replace(found, joint_of=found.joint_of if side > 0 else found.exchanged, sides=1.0)
     for guessed in (found.joint_of, found.exchanged) if found else ():
         free = {
             joint: role
@@ -85,6 +87,13 @@ def completed(
         if found and free and all(joint_of[role] == guessed[role] for role in known):
             return tuple(free.get(joint, role) for joint, role in enumerate(roles)), found.confidence
     return tuple(roles), ""
+
+
+def _side_by_names(skeleton: Skeleton, joint_of: Mapping[str, int]) -> int:
+    """Above 0 where the sides in names agree with those of most roles, below 0 where they disagree."""
+    names = read(skeleton.names)
+    sides = ((role.partition("_")[0], names[joint].side) for role, joint in joint_of.items())
+    return sum(1 if side == named else -1 for side, named in sides if named and side in SIDES)
 
 
 def guess(skeleton: Skeleton, places: np.ndarray) -> Guess | None:

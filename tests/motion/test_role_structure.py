@@ -162,13 +162,17 @@ def test_names_win_over_structure() -> None:
 
 
 def test_names_say_which_side_is_the_left_where_the_rest_pose_does_not() -> None:
-    """A body that faces the other way, and of which one leg alone is known."""
+    """A body that faces the other way: the limbs of one side alone are known, or letters for the sides."""
     skeleton, expected = SCHEMES["H36M"].body()
     about = rotation.about(np.array([[0.0, 1.0, 0.0]]), np.array([np.pi]))
     places = rotation.rotate(about, skeleton.rest_positions)[None]
     roles = tuple(expected.values())
     known = [role if role is None or role.startswith("left_") else None for role in roles]
     assert completed(skeleton, known, places)[0] == roles
+    letters = tuple(f"{name[0].lower()}_{'vwxyz'[k % 5]}{k}" for k, name in enumerate(skeleton.names))
+    found, confidence = completed(replace(skeleton, names=letters), [None] * len(roles), places)
+    assert found == roles
+    assert "perhaps" not in confidence
 
 
 REAL = (
