@@ -24,7 +24,7 @@ Kind = Literal["arm", "leg"]
 
 _ALIKE, _SLACK = 0.2, 0.01
 """Share by which the bones of a pair may differ in length, and of the longest way from the root."""
-_BRANCHES, _LONGEST = 24, 50
+_BRANCHES, _LONGEST = 16, 50
 """Branches from one joint, and joints of a line, that are compared."""
 _ASIDE = (0.3, 0.1)
 """Sine by which a bone in the plane of symmetry may lean out of it, without a twin and with one."""

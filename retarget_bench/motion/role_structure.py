@@ -90,10 +90,13 @@ def completed(
 
 
 def _side_by_names(skeleton: Skeleton, joint_of: Mapping[str, int]) -> int:
-    """Above 0 where the sides in names agree with those of most roles, below 0 where they disagree."""
+    """1 where the sides that most names state are those of the roles, -1 where they are the other ones; 0
+    where most names state none."""
     names = read(skeleton.names)
-    sides = ((role.partition("_")[0], names[joint].side) for role, joint in joint_of.items())
-    return sum(1 if side == named else -1 for side, named in sides if named and side in SIDES)
+    sides = [(role.partition("_")[0], names[joint].side) for role, joint in joint_of.items()]
+    votes = [(side == named) - (side != named) for side, named in sides if named and side in SIDES]
+    most = sum(side in SIDES for side, _ in sides) / 2
+    return int(np.sign(sum(votes))) if abs(sum(votes)) > most else 0
 
 
 def guess(skeleton: Skeleton, places: np.ndarray) -> Guess | None:

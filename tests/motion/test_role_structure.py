@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from editing_bodies import body, fingers, gait
+from editing_bodies import Bones, body, fingers, gait, twists
 from role_schemes import SCHEMES
 
+from retarget_bench.commands.doctor import reading_text
 from retarget_bench.datasets.puppets.bodies import rigs
 from retarget_bench.datasets.puppets.bodies.characters import BODIES, DOGS
 from retarget_bench.motion import bvh, rotation
@@ -173,6 +174,41 @@ def test_names_say_which_side_is_the_left_where_the_rest_pose_does_not() -> None
     found, confidence = completed(replace(skeleton, names=letters), [None] * len(roles), places)
     assert found == roles
     assert "perhaps" not in confidence
+
+
+ODD: dict[str, Bones] = {
+    "fingers and chained twists": {**fingers(), **twists(0.33, 0.66, chained=True)},
+    "twists beside bones": twists(0.5),
+    "a prop": {"Grip": ("LeftHand", (0.0, 0.0, 0.5)), "Blade": ("Grip", (0.0, 0.0, 0.9))},
+    "hair": {"Hair0": ("Head", (0.0, 0.1, -0.1)), "Hair1": ("Head", (0.0, 0.1, 0.1))},
+    "a tail": {"T0": ("Hips", (0.0, -0.05, -0.1)), "T1": ("T0", (0.0, -0.1, -0.2))},
+}
+
+
+@pytest.mark.parametrize("rig", ODD)
+def test_a_proposed_file_holds_every_joint_and_is_taken_back(tmp_path: Path, rig: str) -> None:
+    motion, roles = nonsense(gait(body(ODD[rig]), 40), 4)
+    path, proposal = tmp_path / "walk.bvh", tmp_path / "reading.toml"
+    bvh.write(path, motion, scale=100.0)
+    imported = load(path)
+    proposal.write_text(reading_text(imported), encoding="utf-8")
+    again = load(path, Reading(reading=str(proposal)))
+    proposed = Reading(reading=str(proposal)).overrides
+    assert proposed.keys() == set(imported.motion.skeleton.names)
+    assert again.motion.character.roles == imported.motion.character.roles
+    assert again.findings.warnings == ()
+    read = again.motion.skeleton
+    expected = {role: read.index(motion.skeleton.names[joint]) for role, joint in roles.items()}
+    assert right(again.motion.character.joint_of, expected) == (len(MAIN), len(MAIN))
+
+
+def test_a_letter_in_one_name_is_no_side() -> None:
+    motion, roles = nonsense(gait(body(), 40), 0)
+    skeleton = motion.skeleton
+    names = list(skeleton.names)
+    names[roles["right_hand"]] = "k_L"
+    found, _ = completed(replace(skeleton, names=tuple(names)), [None] * len(names), motion.positions)
+    assert found[roles["right_hand"]] == "right_hand"
 
 
 REAL = (
