@@ -24,6 +24,8 @@ Kind = Literal["arm", "leg"]
 
 _ALIKE, _SLACK = 0.2, 0.01
 """Share by which the bones of a pair may differ in length, and of the longest way from the root."""
+_UNLIKE = (3.0, 0.25)
+"""Weights of differences between the bones of a pair, and between its longest ways down."""
 _BRANCHES, _LONGEST = 16, 50
 """Branches from one joint, and joints of a line, that are compared."""
 _ASIDE = (0.3, 0.1)
@@ -95,13 +97,21 @@ class Tree:
 
     # ------------------------------------------------------------------------------------------- pairs
     def _twins(self, joint: int) -> Iterator[Pair]:
-        """Pairs of like lines from a joint on, the longest first, each child in one of them."""
+        """Pairs of like lines from a joint on, the longest and likest first, each child in one of them."""
         pairs = [self._down(a, b) for a, b in combinations(self._branches(joint), 2) if self._alike(a, b)]
         paired: set[int] = set()
-        for left, right in sorted(pairs, key=lambda pair: -self.skeleton.bone_lengths[pair[0]].sum()):
+        for left, right in sorted(pairs, key=self._likeness, reverse=True):
             if not paired.intersection((left[0], right[0])):
                 paired |= {left[0], right[0]}
                 yield left, right
+
+    def _likeness(self, pair: Pair) -> float:
+        """Metres of a pair's lines, less for differences of their bones and of what hangs from them."""
+        lengths = self.skeleton.bone_lengths[np.array(pair)]
+        ways = abs(self.way(pair[0][0]) - self.way(pair[1][0]))
+        return float(
+            lengths.min(axis=0).sum() - _UNLIKE[0] * np.ptp(lengths, axis=0).sum() - _UNLIKE[1] * ways
+        )
 
     def _branches(self, joint: int) -> list[int]:
         """The children of a joint with the longest ways down, in joint order."""

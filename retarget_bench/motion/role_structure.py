@@ -53,8 +53,9 @@ class Guess:
     @property
     def confidence(self) -> str:
         """How clear it is, in words."""
-        limbs = "likely" if self.limbs > _LIKELY else "doubtful"
-        sides = "likely" if self.sides > _CLEAR else "not told by how it stands, perhaps exchanged"
+        limbs = sides = "likely" if self.limbs > _LIKELY else "doubtful"
+        if self.sides <= _CLEAR:
+            sides = "not told by how it stands, perhaps exchanged"
         return f"arms and legs: {limbs}; left and right: {sides}"
 
     @property
