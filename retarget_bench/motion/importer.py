@@ -56,8 +56,8 @@ _TALL = 1.6
 _ON_ITS_SIDE = math.sin(math.radians(60.0))
 """How upright the line between the sides is of a body that lies on one of them."""
 _GUESSED = (
-    "names do not say what joints are: {} roles are a guess by the tree and the places of joints: look at "
-    "them (bench doctor --sheet) and correct what is wrong (bench doctor --save)"
+    "names do not say what joints are: {} roles are a guess by the tree and the places of joints ({}): "
+    "look at them (bench doctor --sheet) and correct what is wrong (bench doctor --save)"
 )
 
 
@@ -115,7 +115,7 @@ def understood(
     recording = with_rotations(stated if reading.rate is None else replace(stated, fps=reading.rate))
     if reading.mirror:
         recording = mirrored(recording)
-    named, roles = _roles(recording, reading.overrides)
+    named, roles, confidence = _roles(recording, reading.overrides)
     axis = up_axis.axis(recording, roles, reading.up)
     upright = up_axis.upright(recording, axis.up)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // SAMPLE]
@@ -125,7 +125,7 @@ def understood(
     settled = inner.settled(_scaled(body, upright, size.unit[1]), places, reading.inner_positions)
     motion, places = settled.motion, settled.places
     if guessed := sum(role != name for role, name in zip(roles, named, strict=True)):
-        recording = replace(recording, doubts=(*recording.doubts, _GUESSED.format(guessed)))
+        recording = replace(recording, doubts=(*recording.doubts, _GUESSED.format(guessed, confidence)))
     findings = _findings(path, stated, recording, axis, size, settled, reading.rate is not None)
     sides = role_checks.doubt(motion, _changed(recording, reading.overrides), mirrored=reading.mirror)
     more = (*filter(None, [sides]), *plausibility.doubts(motion))
@@ -139,11 +139,12 @@ def understood(
 
 def _roles(
     recording: Recording, explicit: Mapping[str, str | None]
-) -> tuple[Sequence[str | None], Sequence[str | None]]:
-    """Roles as the user, the file and names have them, and with a guess of those that are missing."""
+) -> tuple[Sequence[str | None], Sequence[str | None], str]:
+    """Roles as the user, the file and names have them; with a guess of those that are missing; and how
+    clear that guess is."""
     stated = {name: role for name, role in recording.roles.items() if role not in explicit.values()}
     named = find_roles(recording.skeleton, {**stated, **explicit})
-    return named, role_structure.completed(recording.skeleton, named, _places(recording), explicit)
+    return named, *role_structure.completed(recording.skeleton, named, _places(recording), explicit)
 
 
 def _changed(recording: Recording, explicit: Mapping[str, str | None]) -> dict[str, str | None]:
