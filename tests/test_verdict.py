@@ -18,6 +18,7 @@ from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins import registry
 from retarget_bench.verification.verdict import Verdict, defects, joints, penetration, verdict
+from tests.motion.editing_bodies import body, jump
 
 WALK = "puppets/vesper>moppet/walk-001"
 KICK = "puppets/jack>olga/kick_front-001"
@@ -192,6 +193,70 @@ def test_a_foot_that_slides_while_the_sources_stands_is_found():
     shift = 100 * 0.25 * result.character.height / len(result.root)
     for each in slid.defects:
         assert each.amount == pytest.approx(shift * (each.last - each.first), rel=0.3, abs=1.5)
+
+
+LOW_HIPS = {
+    f"{side}UpLeg": ("Hips", (sign * 0.1, -0.3, 0.0)) for side, sign in (("Left", 1.0), ("Right", -1.0))
+}
+"""Legs from far below the hips: by these a body is larger than by its legs, and so are its root paths."""
+LEDGES = [
+    (1.1, 0.0, 20, 30),
+    (0.0, -1.1, 20, 30),
+    (0.0, -1.1, 90, 3),
+    (0.0, -1.1, 20, 1),
+    (0.8, 0.8, 20, 30),
+]
+"""High and low, metres; frames before and after the jump, of which the last are too few to stand."""
+
+
+@pytest.mark.parametrize("ledge", LEDGES)
+@pytest.mark.parametrize("shanks", [1.0, 0.7])
+def test_a_jump_from_a_ledge_has_no_foot_in_the_floor(ledge, shanks):
+    high, low, before, after = ledge
+    source = jump(body(), high, low, before=before, after=after)
+    result = rb.retarget(source, body(LOW_HIPS, shanks=shanks))
+    assert verdict(source, result).defects == ()
+    assert result.notes == (), "no edit moves it"
+
+
+def test_feet_below_another_floor_than_that_at_the_origin_are_found():
+    source = jump(body(), 0.0, -1.1)
+    result = rb.retarget(source, body(LOW_HIPS))
+    height, landed = result.character.height, slice(40, source.frames)
+
+    def sink(rotations: np.ndarray, root: np.ndarray) -> None:
+        del rotations
+        root[landed, 1] -= 0.08 * height
+
+    sunk = verdict(source, changed(result, sink)).defects
+    assert {each.part for each in sunk if each.kind == "floor"} == {"left foot", "right foot"}
+    for each in (one for one in sunk if one.kind == "floor"):
+        assert landed.start - 2 <= each.first <= landed.start + 2
+        assert each.amount == pytest.approx(8 * height, rel=0.2)
+
+
+@pytest.mark.parametrize("clip", ["stairs_up", "stairs_down"])
+def test_stairs_are_floors(clip):
+    """They grow with the body that is on them, by ``ik`` and in puppets' solved references."""
+    data = registry.create("datasets", "puppets[size=tiny]")
+    (info,) = (one for one in data.cases("retarget", "cross") if one.clip.startswith(clip))
+    loaded = data.load(info)
+    for result in (loaded.reference, rb.retarget(loaded.source, loaded.target)):
+        assert "floor" not in {each.kind for each in verdict(loaded.source, result).defects}
+
+
+@pytest.mark.parametrize("degrees", [-12.0, 12.0])
+def test_a_slope_is_no_floor_to_be_in(degrees):
+    """A walk turned as a whole, uphill or downhill."""
+    source, result = solved(WALK)
+    slope = rotation.about(np.array([1.0, 0.0, 0.0]), np.array(np.radians(degrees)))
+
+    def tilt(rotations: np.ndarray, root: np.ndarray) -> None:
+        rotations[:, 0] = rotation.multiply(slope[None], rotations[:, 0])
+        root[:] = rotation.rotate(slope[None], root)
+
+    uphill, up = changed(source, tilt), changed(result, tilt)
+    assert "floor" not in {kind for kind, _ in found_in(uphill, up)}
 
 
 def turned(motion: Motion, role: str, degrees: float, axis: tuple[float, float, float]) -> Motion:
