@@ -52,16 +52,23 @@ def ground_height(ground: Ground, x: np.ndarray, z: np.ndarray) -> np.ndarray:
     return np.asarray(near * (1 - up) + far * up)
 
 
-def shown(level: float, soles: np.ndarray, height: float) -> np.ndarray:
-    """``(frames,)`` metres: the floor that feet show. It is at one level, and lower where they go far below
-    that: as deep as they come there.
+def lower(level: float, soles: np.ndarray, height: float) -> np.ndarray:
+    """``(frames,)`` bool: where feet are so far below a level that they stand, or land, on another floor.
 
-    So it is below a ledge on which somebody stands and from which he jumps, however briefly he lands.
-    level: metres, of the floor that feet stand on otherwise. soles: ``(frames,)`` metres, their lowest.
+    level: metres, of the floor that they stand on otherwise. soles: ``(frames,)`` metres, their lowest.
     height: metres, of the body.
     """
+    return np.asarray(soles < level - _DEEP * height)
+
+
+def shown(level: float, soles: np.ndarray, elsewhere: np.ndarray) -> np.ndarray:
+    """``(frames,)`` metres: the floor that feet show, at one level, and elsewhere as deep as they come.
+
+    So it is below a ledge on which somebody stands and from which he jumps, however briefly he lands.
+    level, soles: as of ``lower``. elsewhere: ``(frames,)`` bool, of the source, what that gives.
+    """
     floor = np.full(len(soles), level)
-    for first, past in contact.runs(soles < level - _DEEP * height).tolist():
+    for first, past in contact.runs(elsewhere).tolist():
         floor[first:past] = soles[first:past].min()
     return floor
 

@@ -6,7 +6,7 @@ deeper into the floor in a roll or on all fours: the whole body is raised (``no_
 that is clear of the floor.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,15 +31,15 @@ _DEEP = 0.01
 """Of the height: how much deeper than in its source a head or hand may go; verdicts tell of the double."""
 
 
-def above(answer: Motion) -> Motion:
+def above(answer: Motion, source: Prediction) -> Motion:
     """The answer with its head and hands, to the tips, at y = 0 or higher, or above the floor that its feet
-    stand on where this is elsewhere below.
+    are on while those of its source are on another one below.
 
     The greatest correction that is needed within a third of a second is taken, smoothed; what that leaves
     below the floor is mended frame by frame.
     """
-    body, floor = answer.character, _floor(replace(answer))  # a copy's, so that its places are let go
-    floor = np.where(floor < -_ELSEWHERE * body.height, floor, 0.0)
+    body, (own, floor) = answer.character, _floors(replace(source), replace(answer))
+    floor = np.where(own < -_ELSEWHERE * source.character.height, np.minimum(floor, 0.0), 0.0)
     answer = _raised(answer, _back(body), below(body, "head"), floor)
     for side in SIDES:
         joints, limb = below(body, f"{side}_hand"), rig_of(body).limbs.get((side, "arm"))
@@ -58,8 +58,8 @@ def no_deeper(answer: Motion, source: Prediction) -> Motion:
     """
     if not answer.frames:
         return answer
-    copy = replace(answer)  # copies, so that their places are let go
-    allowed = _allowed(replace(source), answer.character, _floor(copy))
+    copy, source = replace(answer), replace(source)  # copies, so that their places are let go
+    allowed = _allowed(source, answer.character, _floors(source, copy))
     raised = _no_deeper(copy, allowed)
     return answer if raised is copy else raised
 
@@ -82,28 +82,36 @@ def _no_deeper(answer: Motion, allowed: Mapping[str, np.ndarray]) -> Motion:
     return answer
 
 
-def _floor(motion: Prediction) -> np.ndarray:
-    """``(frames,)`` metres: the floor that the feet stand on, the lowest of steps, or come down to; 0 where
-    none stands."""
+def _floors(source: Prediction, answer: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """``(frames,)`` metres each: the floor that the feet of the source and of its answer stand on, the
+    lowest of steps, or that those of the source come down to; 0 where none stands."""
+    (level, soles), (own_level, own_soles) = _lowest(source), _lowest(answer)
+    elsewhere = ground.lower(level, soles, source.character.height)
+    return ground.shown(level, soles, elsewhere), ground.shown(own_level, own_soles, elsewhere)
+
+
+def _lowest(motion: Prediction) -> tuple[float, np.ndarray]:
+    """Metres: the lowest floor that the feet of a motion stand on, 0 where none stands; and ``(frames,)``
+    the height of the lower one."""
     body = motion.character
     joints = body.joints(CONTACT_ROLES)
     places = motion.positions[:, joints]
     over = places[..., 1] - body.standing_places[joints, 1]
     stood = over[planted(places, body.height, motion.fps)]
     level = float(np.quantile(stood, _LOWER)) if stood.size else 0.0
-    return ground.shown(level, over.min(axis=1, initial=np.inf), body.height)
+    return level, over.min(axis=1, initial=np.inf)
 
 
-def _allowed(source: Prediction, body: Character, floor: np.ndarray) -> dict[str, np.ndarray]:
+def _allowed(source: Prediction, body: Character, floors: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
     """Head and hands -> ``(frames,)`` metres: the height below which a body's joint, and its ends, are too
-    deep. floor: ``(frames,)`` height of the one that the body stands on."""
-    heights, level = {}, _floor(source)
+    deep. floors: of the source and of its answer."""
+    heights = {}
     for role in ("head", *HANDS):
         depth = np.zeros(source.frames)
         if ends := _ends(source.character, role):
             points = tips(source, ends) if isinstance(source, Motion) else source.positions[:, ends]
-            depth = (level - points[..., 1].min(axis=1)).clip(0.0) / source.character.height
-        heights[role] = floor - (depth + _DEEP) * body.height
+            depth = (floors[0] - points[..., 1].min(axis=1)).clip(0.0) / source.character.height
+        heights[role] = floors[1] - (depth + _DEEP) * body.height
     return heights
 
 

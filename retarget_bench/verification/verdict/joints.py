@@ -242,7 +242,7 @@ def _foot(pair: Pair, side: str, role: str) -> _Foot:
     stands = planted(pair.source, body.joint_of[role])  # type: ignore[arg-type]
     source, result = (_lowest(motion, side) for motion in (pair.source, pair.result))
     lowest = float(np.quantile(source[stands], 0.05)) if stands.any() else 0.0
-    level = ground.shown(lowest, source, body.height)
+    level = ground.shown(lowest, source, ground.lower(lowest, source, body.height))
     on_step = stands & (source > level + _STEP * body.height)
     floor = np.where(on_step, source, np.minimum(level, 0.0))
     return _Foot(role, stands, source, result, level, floor)
