@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,12 +14,13 @@ import pytest
 import retarget_bench as rb
 from retarget_bench.api import Case, Context
 from retarget_bench.errors import BenchError
-from retarget_bench.motion import importer, rotation, transfer
+from retarget_bench.motion import bvh, importer, rotation, transfer
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins import registry
 from retarget_bench.verification.verdict import Verdict, defects, joints, penetration, verdict
-from tests.motion.editing_bodies import body, jump
+from tests.motion.editing_bodies import body, gait, jump
 
 WALK = "puppets/vesper>moppet/walk-001"
 KICK = "puppets/jack>olga/kick_front-001"
@@ -353,6 +355,76 @@ def test_what_a_coarse_mesh_says_of_hands_is_what_the_mesh_says(monkeypatch):
         np.concatenate([coarse.faces[:, [0, 1]], coarse.faces[:, [1, 2]], coarse.faces[:, [2, 0]]])
     )
     assert (np.unique(edges, axis=0, return_counts=True)[1] % 2 == 0).all(), "closed as before"
+
+
+# ---------------------------------------------------------------------------------------- all of it
+def of_other_names(motion: Motion, path: Path, *names: str) -> Motion:
+    """The motion read from a file whose joints have no names that mean anything, but for some."""
+    old = motion.skeleton
+    new = tuple(name if name in names else f"b{number:02d}" for number, name in enumerate(old.names))
+    skeleton = Skeleton(new, old.parents, old.offsets, old.end_sites)
+    bvh.write(path, replace(motion, character=replace(motion.character, skeleton=skeleton)), scale=100.0)
+    return importer.load(path, Reading(unit="cm", up="y")).motion
+
+
+def test_there_is_no_all_clear_for_roles_that_are_a_guess(tmp_path):
+    walk = gait(body(), 40)
+    guessed = of_other_names(walk, tmp_path / "odd.bvh")
+    count = len([role for role in guessed.character.roles if role])
+    assert len(guessed.character.guessed) == count
+    other = gait(body(size=1.3), 40)
+    for source, result in ((guessed, other), (other, guessed)):
+        judged = verdict(source, result)
+        sentence = f"{count} roles of odd are a guess, by the tree and the places of joints"
+        assert judged.doubts == (sentence,)
+        assert f"look at all of it: {sentence}" in judged.text()
+        assert judged.summary == "no place stands out: look at all of it"
+        assert judged.as_dict()["doubts"] == [sentence]
+    roles = dict(zip(guessed.skeleton.names, guessed.character.roles, strict=True))
+    stated = importer.load(tmp_path / "odd.bvh", Reading(unit="cm", up="y", roles=roles)).motion
+    assert verdict(stated, other).summary == "nothing to look at"
+
+
+def test_there_is_none_between_a_person_and_a_dog():
+    dogs = registry.create("datasets", "puppets[size=tiny]").characters().values()
+    dog = next(each for each in dogs if each.four_legged)
+    walk = gait(body(), 30)
+    for source, target in ((walk, dog), (gait(dog, 30), body())):
+        judged = verdict(source, rb.retarget(source, target, "copy_rotations"))
+        assert judged.doubts == (
+            "one body has four legs and the other two: what each limb should do is a guess",
+        )
+        assert judged.summary.endswith("all of it")
+    still = dog.motion(np.repeat(dog.reference_pose[None], 9, 0), np.zeros((9, 3)), 30.0)
+    assert verdict(still, still).doubts == ()
+
+
+def mirrored(motion: Motion) -> Motion:
+    """As a left-handed file has it: everything to the other side, names where they were."""
+    old = motion.character
+    flat = np.array([-1.0, 1.0, 1.0])
+    skeleton = Skeleton(old.skeleton.names, old.skeleton.parents, old.skeleton.offsets * flat)
+    turns = motion.rotations * [1.0, 1.0, -1.0, -1.0]
+    return Character.of("left", skeleton, sample=turns).motion(turns, motion.root * flat, motion.fps)
+
+
+def test_there_is_none_for_what_was_read_wrongly():
+    """Exchanged sides, a path in another unit, a back that is left out: nothing of it shows in a frame."""
+    walk = gait(body(), 40)
+    short = replace(walk, root=walk.root * 0.01)
+    bent = np.array(walk.rotations)
+    spine = walk.character.joint_of["spine_2"]
+    bent[:, spine] = rotation.about(np.array([[1.0, 0.0, 0.0]] * 40), np.linspace(0.0, 0.5, 40))
+    roles = tuple(None if role == "spine_2" else role for role in walk.character.roles)
+    stiff = replace(walk.character, roles=roles).motion(bent, walk.root, 30.0)
+    for source, words in (
+        (mirrored(walk), "left and right arms and legs of left are exchanged"),
+        (short, "100 times too short"),
+        (stiff, "turns by up to 29 degrees and is left out"),
+    ):
+        judged = verdict(source, rb.retarget(source, body({"Tail": ("Hips", (0.0, 0.0, -0.2))}), "ik"))
+        assert [each for each in judged.doubts if words in each], words
+        assert judged.summary.endswith("all of it")
 
 
 # ------------------------------------------------------------------------------------------- the rest

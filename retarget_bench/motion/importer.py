@@ -119,13 +119,15 @@ def understood(
     axis = up_axis.axis(recording, roles, reading.up)
     upright = up_axis.upright(recording, axis.up)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // SAMPLE]
+    guessed = tuple(role for role, said in zip(roles, named, strict=True) if role and role != said)
     body = Character.of(name or path.stem, upright.skeleton, roles=roles, sample=sample)
+    body = replace(body, guessed=guessed)
     size = _size(path, body, recording, reading)
     places = None if recording.places is None else recording.places * size.unit[1]
     settled = inner.settled(_scaled(body, upright, size.unit[1]), places, reading.inner_positions)
     motion, places = settled.motion, settled.places
-    if guessed := sum(role != name for role, name in zip(roles, named, strict=True)):
-        recording = replace(recording, doubts=(*recording.doubts, _GUESSED.format(guessed)))
+    if guessed:
+        recording = replace(recording, doubts=(*recording.doubts, _GUESSED.format(len(guessed))))
     findings = _findings(path, stated, recording, axis, size, settled, reading.rate is not None)
     sides = role_checks.doubt(motion, _changed(recording, reading.overrides), mirrored=reading.mirror)
     more = (*filter(None, [sides]), *plausibility.doubts(motion))
