@@ -299,6 +299,34 @@ def test_a_part_that_points_elsewhere_than_the_sources_is_found(role, degrees, a
     assert not [each for each in verdict(standing, slightly).defects if each.kind == "turned"]
 
 
+@pytest.mark.parametrize(
+    ("turns", "parts"),
+    [
+        ({"left_up_leg": 35.0}, {"left foot"}),
+        ({"spine_1": 20.0, "left_arm": 20.0}, {"left hand"}),
+    ],
+)
+def test_ends_that_are_elsewhere_are_found_where_no_bone_points_away_by_much(turns, parts):
+    standing = posed(replace(case(KICK).target, skin=None), elbow=20.0)
+    away = slightly = standing
+    for role, degrees in turns.items():
+        away = turned(away, role, degrees, (0.0, 0.0, 1.0))
+        slightly = turned(slightly, role, degrees / 4, (0.0, 0.0, 1.0))
+    found = [each for each in verdict(standing, away).defects if each.kind in ("place", "turned")]
+    assert {each.kind for each in found} == {"place"}
+    assert {each.part for each in found} >= parts
+    for each in found:
+        assert (each.first, each.last) == (0, standing.frames - 1)
+        joint, hips = standing.character.joints([each.part.replace(" ", "_"), "hips"])
+        apart = (away.positions - standing.positions)[0]
+        assert each.amount == pytest.approx(100 * np.linalg.norm(apart[joint] - apart[hips]), rel=1e-6)
+        assert (
+            f"{each.part} is elsewhere than the source's ({each.amount:.0f} cm, at this size)"
+            in each.reason
+        )
+    assert not {"place", "turned"} & {kind for kind, _ in found_in(standing, slightly)}
+
+
 def test_hands_and_heads_below_the_floor_are_found_as_feet_are():
     source, result = solved(WALK)
     body = result.character

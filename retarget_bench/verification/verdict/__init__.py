@@ -8,6 +8,7 @@
 - ``floor``: a foot is below the floor that the source stands on;
 - ``slide``: a foot slides while the source's stands;
 - ``turned``: a limb, a foot or the trunk points elsewhere than the source's;
+- ``place``: head, a hand or a foot is elsewhere, seen from the hips, than the source's;
 - ``inside``: a hand is in the body, where the result's character has a mesh.
 
 There is no all-clear where limbs are a guess, or where a motion was read wrongly (``doubts.py``).
@@ -39,7 +40,12 @@ SAME_RATE = 1e-3
 """Share by which two rates may differ and still count as one: frame times in files are rounded."""
 _FIRST = {kind: rank for rank, kind in enumerate(("extra", "not understood", "helper", "above the hips"))}
 """Why a joint has no role (``roles.explain``) -> its place in lists."""
-CAUSED = {"snap": ("speed", "slide"), "speed": ("slide",)}
+CAUSED = {
+    "snap": ("speed", "slide"),
+    "speed": ("slide",),
+    "straight": ("place",),
+    "turned": ("place",),
+}
 """Kind -> kinds that follow from it in the same frames, and are not told again."""
 
 

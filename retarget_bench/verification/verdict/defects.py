@@ -23,6 +23,7 @@ KINDS = {
     "floor": ("cm", "goes through the floor ({amount:.0f} cm; source {source:.0f})"),
     "slide": ("cm", "slides ({amount:.0f} cm; source {source:.0f})"),
     "turned": ("degrees", "points elsewhere than the source's ({amount:.0f} degrees)"),
+    "place": ("cm", "is elsewhere than the source's ({amount:.0f} cm, at this size)"),
     "inside": ("%", "is in the body ({amount:.0f} % of it{more})"),
 }
 """Kind of a defect -> the unit of its amount, and its reason after the name of the part."""
@@ -32,7 +33,8 @@ KINDS = {
 class Defect:
     """A stretch of frames to look at, and why.
 
-    kind:     ``snap``, ``straight``, ``speed``, ``floor``, ``slide``, ``turned`` or ``inside``.
+    kind:     ``snap``, ``straight``, ``speed``, ``floor``, ``slide``, ``turned``, ``place`` or
+              ``inside``.
     part:     of the body, for people: ``left knee``.
     first, last, worst: frames, counted from 0.
     amount:   at the worst frame, in ``unit``; source: likewise of the source, at the size of the result's
