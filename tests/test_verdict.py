@@ -455,6 +455,30 @@ def test_there_is_none_for_what_was_read_wrongly():
         assert judged.summary.endswith("all of it")
 
 
+@pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.parametrize(
+    ("file", "words"),
+    [
+        ("07_mirrored_left_handed/18_mirror.bvh", "arms and legs of 18_mirror are exchanged"),
+        ("09_root_in_metres_bones_in_cm/19_root_m.bvh", "about 100 times too short"),
+        ("21_quadruped_front_back/*.fbx", "what each limb should do is a guess"),
+        ("01_spine_words_silent/bow_azure_kinect.bvh", ""),
+        ("06_vrm_humanoid_ignored/09_vrm1_oddnames.vrm", ""),
+        ("07_mirrored_left_handed/00_base.bvh", ""),
+    ],
+)
+def test_an_all_clear_of_the_cases_is_earned(real_data, file, words):
+    found = list((real_data / "cases").glob(file))
+    if not found:
+        pytest.skip("no cases")
+    if found[0].suffix == ".fbx":
+        pytest.importorskip("ufbx")
+    source = rb.load_motion(found[0])
+    judged = rb.verdict(source, rb.retarget(source, body()))
+    assert bool(words) == any(words in each for each in judged.doubts)
+    assert (judged.summary == "nothing to look at") == (not words)
+
+
 # ------------------------------------------------------------------------------------------- the rest
 def test_capes_are_named_and_are_no_defects():
     source, _ = solved(WALK)
