@@ -80,7 +80,7 @@ def edited(
 
     def mended(one: Prediction) -> Motion:
         motion = retargeted(one)
-        clear = floor.above(motion) if differ else floor.no_deeper(motion, one)
+        clear = floor.above(motion, one) if differ else floor.no_deeper(motion, one)
         sunk.append(clear is not motion)
         return clear
 
