@@ -2,16 +2,16 @@
 
 An arm that is copied to a body of more flesh, or of narrower shoulders, goes into its thighs as it swings.
 Artists give such bodies "arm space". Here the whole arm is turned, by as little as brings it out, where the
-source's hand is free: what touches in the source (``touches``) stays as it is.
+source's hand is free: a hand that touches in the source (``touches``) stays as it is.
 """
 
-from dataclasses import replace
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, Self
 
 import numpy as np
 
 from retarget_bench.motion import rotation
-from retarget_bench.motion.character import Motion, Prediction
+from retarget_bench.motion.character import Character, Motion, Prediction
 from retarget_bench.motion.editing.girths import Flesh, arm_points, parts
 from retarget_bench.motion.editing.touches import touching
 from retarget_bench.motion.planting.cuts import takes
@@ -24,14 +24,14 @@ _RATE = 15.0
 """Frames a second that are looked at; what is found is eased over longer times."""
 _MARGIN = 0.005
 """Body heights that stay between arm and body."""
-_REACH = 0.1
-"""Body heights: parts of the body that an arm is never so near to are not asked."""
 _MOST = np.radians(40.0)
 """An arm is turned no farther: that would be another pose, and verdicts tell of it."""
 _ROUNDS, _STEPS = 2, 4
 """How often what is left is mended; steps that find how far an arm has to turn."""
 _AXES = 1.0
 """Seconds over which the axes of turns are averaged: as far as one turn reaches, and more."""
+_LEVER = 0.1
+"""Arm lengths: no lever of a turn counts as shorter."""
 _NEAR = 1e-6
 """Radians that make no difference."""
 
@@ -44,116 +44,166 @@ def cleared(answer: Motion, source: Prediction, loop: bool = False) -> tuple[Mot
     The answer's body needs a mesh, which says how thick it is.
     """
     body = answer.character
-    if not parts(body) or not answer.frames:
+    if not _arms(body) or not parts(body) or not answer.frames:
         return answer, ""
     pieces = takes(answer)
-    turns = rotation.identity(answer.frames, len(SIDES))
-    for piece in pieces:
-        one, other = answer.at(piece), source.at(piece)
-        turns[piece] = np.stack(
-            [_turns(one, other, side, loop and len(pieces) == 1) for side in SIDES], axis=1
-        )
+    loop = loop and len(pieces) == 1
+    turns = np.concatenate([_turns(answer.at(piece), source.at(piece), loop) for piece in pieces])
     angles = rotation.angle(turns, rotation.identity(1))
     turned = angles > _NEAR
     if not turned.any():
         return answer, ""
     rotations = np.array(answer.rotations)
-    for number in np.flatnonzero(turned.any(axis=0)):
-        at, joint = turned[:, number], body.joint_of[f"{SIDES[number]}_arm"]
-        rotations[at, joint] = rotation.normalise(
-            rotation.multiply(turns[at, number], rotations[at, joint])
-        )
+    for number, (_, joint, _) in enumerate(_arms(body)):
+        at = turned[:, number]
+        local = rotation.multiply(turns[at, number], rotations[at, joint])
+        rotations[at, joint] = rotation.normalise(local)
     frames = int(turned.any(axis=1).sum())
     note = (
-        f"hands are kept out of the body of {body.name} in {frames} frame{'s'[: frames > 1]}, by up to "
-        f"{np.degrees(angles.max()):.0f} degrees at the shoulder; arms=keep leaves them"
+        f"hands are kept out of the body of {body.name} in {frames} frame{'s'[: frames > 1]}, with arms "
+        f"turned by up to {np.degrees(angles.max()):.0f} degrees; arms=keep leaves them"
     )
     return body.motion(rotations, answer.root, answer.fps), note
 
 
-def _turns(answer: Motion, source: Prediction, side: str, loop: bool) -> np.ndarray:
-    """``(frames, 4)`` by which one arm is turned, in the frame of what it hangs from; the identity where
-    nothing is in the way."""
-    body, fps, frames = answer.character, answer.fps, answer.frames
-    turns = rotation.identity(frames)
-    shoulder, hand = (body.joint_of.get(f"{side}_{part}", -1) for part in ("arm", "hand"))
-    if min(shoulder, hand) < 0:
+def _arms(body: Character) -> list[tuple[str, int, int]]:
+    """The side, upper joint and hand of each whole arm."""
+    lines = {side: body.joints([f"{side}_{part}" for part in ("arm", "forearm", "hand")]) for side in SIDES}
+    return [(side, line[0], line[2]) for side, line in lines.items() if len(line) == 3]
+
+
+def _turns(answer: Motion, source: Prediction, loop: bool) -> np.ndarray:
+    """``(frames, arms, 4)`` by which each arm is turned, in the frame of what it hangs from; the identity
+    where nothing is in the way."""
+    step = max(1, round(answer.fps / _RATE))
+    time = _Time(np.arange(0, answer.frames, step), answer.frames, answer.fps, loop)
+    few, played = answer.at(time.at), replace(source.at(time.at), fps=answer.fps / step)
+    flesh, own = Flesh.of(few), Flesh.of(played) if isinstance(played, Motion) else None
+    return np.stack(
+        [
+            _arm_turns(_Arm.of(few, flesh, each, _margin(played, own, each[0])), played, own, time)
+            for each in _arms(answer.character)
+        ],
+        axis=1,
+    )
+
+
+@dataclass(frozen=True)
+class _Time:
+    """The frames ``at`` of a motion that are looked at, and all its frames."""
+
+    at: np.ndarray
+    frames: int
+    fps: float
+    loop: bool
+
+    def between(self, values: np.ndarray) -> np.ndarray:
+        """``(frames, n)`` values of the frames ``at``, with lines between them."""
+        return np.stack([np.interp(np.arange(self.frames), self.at, each) for each in values.T], axis=1)
+
+    def smooth(self, curves: np.ndarray, seconds: float) -> np.ndarray:
+        """``(frames, n)`` a Hann average over so many seconds, over the ends of loops."""
+        half = max(1, round(seconds * self.fps / 2))
+        return smooth(self._padded(curves, half), self.fps, seconds)[half:-half]
+
+    def over(self, values: np.ndarray) -> np.ndarray:
+        """``(frames, 1)`` a smooth curve that is nowhere lower than values ``(len(at),)``."""
+        half = max(1, round(FADE * self.fps / 2))
+        padded = self._padded(self.between(values[:, None]), half)
+        around = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=0)
+        return self.smooth(around.max(axis=-1), FADE)
+
+    def _padded(self, curves: np.ndarray, more: int) -> np.ndarray:
+        """So many frames more on either side: those of a loop, else the ends."""
+        if not self.loop:
+            return np.pad(curves, ((more, more), (0, 0)), mode="edge")
+        return np.pad(curves[:-1], ((more, more + 1), (0, 0)), mode="wrap")
+
+
+@dataclass(frozen=True, eq=False)
+class _Arm:
+    """An arm in the frames that are looked at.
+
+    flesh:  of the body. margin: ``(frames,)`` metres that have to stay between.
+    pivot:  ``(frames, 1, 3)`` metres, the shoulder.
+    above:  ``(frames, 4)`` orientation of what it hangs from.
+    points: ``(frames, n, 3)`` metres from the pivot, the hand's joint last.
+    """
+
+    side: str
+    flesh: Flesh
+    margin: np.ndarray
+    pivot: np.ndarray
+    above: np.ndarray
+    points: np.ndarray
+
+    @classmethod
+    def of(cls, few: Motion, flesh: Flesh, arm: tuple[str, int, int], margin: np.ndarray) -> Self:
+        """An arm of ``_arms``. margin: in body heights."""
+        (side, upper, hand), above = arm, few.character.skeleton.parents
+        pivot = few.positions[:, [upper]]
+        points = np.concatenate([arm_points(few, side), few.positions[:, [hand]]], axis=1) - pivot
+        metres = few.character.height * margin
+        return cls(side, flesh, metres, pivot, few.global_rotations[:, above[upper]], points)
+
+    def at(self, frames: np.ndarray) -> Self:
+        """The chosen frames."""
+        names = ("margin", "pivot", "above", "points")
+        return replace(self, flesh=self.flesh.at(frames), **{n: getattr(self, n)[frames] for n in names})
+
+    def turned(self, world: np.ndarray) -> Self:
+        """Turned about the shoulder, in the world ``(frames, 4)``."""
+        return replace(self, points=rotation.rotate(world[:, None], self.points))
+
+    def inside(self) -> tuple[np.ndarray, np.ndarray]:
+        """``Flesh.deepest`` of it."""
+        return self.flesh.deepest(self.pivot + self.points[:, :-1], self.margin)
+
+
+def _arm_turns(arm: _Arm, source: Prediction, own: Flesh | None, time: _Time) -> np.ndarray:
+    """``(frames, 4)`` the turns of one arm. own: the source's flesh."""
+    turns = rotation.identity(time.frames)
+    depth, way = arm.inside()
+    if not depth.any():
         return turns
-    step = max(1, round(fps / _RATE))
-    at = np.arange(0, frames, step)
-    few, played = answer.at(at), replace(source.at(at), fps=fps / step)
-    margin = body.height * _margin(played, side)
-    points = arm_points(few, side)
-    flesh = Flesh.of(few).near(points, _REACH * body.height)
-    pivot, above = few.positions[:, [shoulder]], few.global_rotations[:, body.skeleton.parents[shoulder]]
-    arm = np.concatenate([points, few.positions[:, [hand]]], axis=1) - pivot
-    if not (flesh.deepest(points, margin)[0] > 0.0).any():
-        return turns
-    touches = touching(played, side)
-    free = 1.0 - _over(_between(at, 1.0 * touches[:, None], frames), fps, loop)
+    touches = touching(source, arm.side, own)
+    free, back = 1.0 - time.over(1.0 * touches), rotation.conjugate(arm.above)
     for _ in range(_ROUNDS):
-        world = rotation.multiply(rotation.multiply(above, turns[at]), rotation.conjugate(above))
-        turned = rotation.rotate(world[:, None], arm)
-        depth, way = flesh.deepest(pivot + turned[:, :-1], margin)
-        axis = rotation.rotate(rotation.conjugate(above), rotation.unit(np.cross(turned[:, -1], way)))
-        wanted = _between(at, depth.clip(0.0)[:, None] * axis, frames)
-        axis = rotation.unit(_smooth(wanted, _AXES, fps, loop))
-        most = (_MOST - rotation.angle(turns[at], rotation.identity(1))).clip(0.0)
-        angle = _needed(flesh, pivot, turned, rotation.rotate(above, axis[at]), margin).clip(0.0, most)
-        angle = free * _over(_between(at, np.where(touches, 0.0, angle)[:, None], frames), fps, loop)
+        now = turns[time.at]
+        there = arm.turned(rotation.multiply(arm.above, rotation.multiply(now, back)))
+        depth, way = there.inside()
+        axis = rotation.rotate(back, rotation.unit(np.cross(there.points[:, -1], way)))
+        axis = rotation.unit(time.smooth(time.between(depth[:, None] * axis), _AXES))
+        angle = _needed(there, rotation.rotate(arm.above, axis[time.at]), depth)
+        angle = angle.clip(0.0, (_MOST - rotation.angle(now, rotation.identity(1))).clip(0.0))
+        angle = free * time.over(np.where(touches, 0.0, angle))
         turns = rotation.multiply(rotation.about(axis, angle[:, 0]), turns)
     return turns
 
 
-def _margin(source: Prediction, side: str) -> np.ndarray:
-    """``(frames, 1)`` body heights that stay between the arm and its body: ``_MARGIN``, or what stays in
-    the source where its skin shows less; negative where its arm is inside."""
-    if not isinstance(source, Motion) or not parts(source.character):
-        return np.full((source.frames, 1), _MARGIN)
-    depth = Flesh.of(source).deepest(arm_points(source, side))[0] / source.character.height
-    return np.asarray(np.minimum(-depth, _MARGIN)[:, None])
-
-
-def _needed(
-    flesh: Flesh, pivot: np.ndarray, arm: np.ndarray, axis: np.ndarray, margin: np.ndarray
-) -> np.ndarray:
-    """``(frames,)`` radians by which an arm has to be turned about an axis ``(frames, 3)`` to be outside of
-    the body, or nearly so.
-
-    pivot: ``(frames, 1, 3)`` metres. arm: ``(frames, n, 3)`` metres from it, the hand last.
-    margin: ``(frames, 1)`` metres.
-    """
-    angles, left = np.zeros(len(arm)), np.arange(len(arm))
+def _needed(arm: _Arm, axis: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """``(frames,)`` radians by which an arm that is inside by ``depth`` ``(frames,)`` metres has to be
+    turned about an axis ``(frames, 3)`` to be outside, or nearly so."""
+    angles, left = np.zeros(len(depth)), np.flatnonzero(depth > 0.0)
+    least = _LEVER * float(np.linalg.norm(arm.points[:, -1], axis=-1).max(initial=1e-9))
+    points = arm.points[left]
     for _ in range(_STEPS):
-        turned = rotation.rotate(rotation.about(axis[left], angles[left])[:, None], arm[left])
-        depth = flesh.at(left).deepest(pivot[left] + turned[:, :-1], margin[left])[0]
-        left, turned, depth = (each[depth > 0.0] for each in (left, turned, depth))
-        lever = np.linalg.norm(np.cross(axis[left], turned[:, -1]), axis=1)
-        angles[left] += depth / np.maximum(lever, 1e-3)
+        lever = np.linalg.norm(np.cross(axis[left], points[:, -1]), axis=1)
+        angles[left] += depth[left] / np.maximum(lever, least)
+        there = arm.at(left).turned(rotation.about(axis[left], angles[left]))
+        depth[left] = there.inside()[0]
+        left, points = left[depth[left] > 0.0], there.points[depth[left] > 0.0]
     return angles
 
 
-def _between(at: np.ndarray, values: np.ndarray, frames: int) -> np.ndarray:
-    """``(frames, n)`` values ``(len(at), n)`` of some frames, with lines between them."""
-    return np.stack([np.interp(np.arange(frames), at, each) for each in values.T], axis=1)
+def _margin(source: Prediction, own: Flesh | None, side: str) -> np.ndarray:
+    """``(frames,)`` body heights that stay between the arm and its body: ``_MARGIN``, or what stays in the
+    source where its skin shows less; negative where its arm is inside.
 
-
-def _over(curves: np.ndarray, fps: float, loop: bool) -> np.ndarray:
-    """``(frames, n)`` curves that are nowhere lower than the given ones, smooth in time."""
-    half = max(1, round(FADE * fps / 2))
-    padded = _padded(curves, half, loop)
-    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=0)
-    return _smooth(around.max(axis=-1), FADE, fps, loop)
-
-
-def _smooth(curves: np.ndarray, seconds: float, fps: float, loop: bool) -> np.ndarray:
-    """``(frames, n)`` a Hann average over so many seconds, over the ends of loops."""
-    half = max(1, round(seconds * fps / 2))
-    return smooth(_padded(curves, half, loop), fps, seconds)[half:-half]
-
-
-def _padded(curves: np.ndarray, more: int, loop: bool) -> np.ndarray:
-    """Curves ``(frames, n)`` with so many frames more on either side: those of a loop, else the ends."""
-    if not loop:
-        return np.pad(curves, ((more, more), (0, 0)), mode="edge")
-    return np.pad(curves[:-1], ((more, more + 1), (0, 0)), mode="wrap")
+    own: the source's flesh.
+    """
+    if own is None or not own.parts:
+        return np.full(source.frames, _MARGIN)
+    assert isinstance(source, Motion)
+    height = source.character.height
+    return np.asarray(_MARGIN - own.deepest(arm_points(source, side), _MARGIN * height)[0] / height)

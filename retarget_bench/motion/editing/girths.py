@@ -61,6 +61,18 @@ class Part:
         np.maximum.at(radii, cells, np.hypot(x, y))
         return cls(joint, middle, axes, ends, _filled(radii))
 
+    @property
+    def size(self) -> float:
+        """Metres: no place of it is farther from its middle."""
+        return float(np.hypot(self.radii.max(), np.abs(self.ends).max()))
+
+    def may_hold(self, points: np.ndarray, margin: float) -> np.ndarray:
+        """``(...)`` bool: points ``(..., 3)``, as of ``depth``, that are not clear of it by so many metres
+        at first sight."""
+        along, x, y = np.moveaxis(points, -1, 0)
+        beside = x * x + y * y < (self.radii.max() + margin) ** 2
+        return np.asarray(beside & (along > self.ends[0] - margin) & (along < self.ends[1] + margin))
+
     def depth(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """``(...)`` metres by which points ``(..., 3)``, along ``axes`` from the middle, are inside,
         negative outside; and ``(..., 2)`` unit vectors across that lead out."""
@@ -169,32 +181,32 @@ class Flesh:
         """The chosen frames."""
         return replace(self, middles=self.middles[frames], axes=self.axes[frames])
 
-    def near(self, points: np.ndarray, metres: float) -> Self:
-        """Those parts that any of points ``(frames, n, 3)`` is in, or within so many metres of."""
-        reach = [np.hypot(part.radii.max(), max(part.ends, key=abs)) + metres for part in self.parts]
-        kept = [
-            number
-            for number, far in enumerate(reach)
-            if (np.linalg.norm(points - self.middles[:, [number]], axis=-1) < far).any()
-        ]
-        some = tuple(self.parts[number] for number in kept)
-        return replace(self, parts=some, middles=self.middles[:, kept], axes=self.axes[:, kept])
-
     def deepest(
         self, points: np.ndarray, margin: np.ndarray | float = 0.0
     ) -> tuple[np.ndarray, np.ndarray]:
-        """``(frames,)`` metres by which the deepest of points ``(frames, n, 3)`` is inside, negative outside;
-        and ``(frames, 3)`` the way out of all that are inside, the deeper the more.
+        """``(frames,)`` metres by which the deepest of points ``(frames, n, 3)`` is inside, 0 where none
+        is; and ``(frames, 3)`` the way out of all that are inside, the deeper the more.
 
-        margin: metres of flesh that are added all around, or ``(frames, 1)``.
+        margin: metres of flesh that are added all around, or ``(frames,)``.
         """
-        depth, way = np.full(len(points), -np.inf), np.zeros((len(points), 3))
+        depth, way = np.zeros(len(points)), np.zeros((len(points), 3))
+        added = np.broadcast_to(margin, depth.shape)
+        most = float(added.max(initial=0.0))
+        centre = points.mean(axis=1) if points.shape[1] else way
+        size = np.linalg.norm(points - centre[:, None], axis=-1).max(initial=0.0) + most
         for number, part in enumerate(self.parts):
-            axes = self.axes[:, number]
-            metres, out = part.depth((points - self.middles[:, [number]]) @ axes.swapaxes(1, 2))
-            metres += margin
-            depth = np.maximum(depth, metres.max(axis=1, initial=-np.inf))
-            way += ((metres.clip(0.0)[..., None] * out).sum(axis=1)[:, None] @ axes[:, 1:])[:, 0]
+            apart = np.linalg.norm(centre - self.middles[:, number], axis=-1)
+            some = np.flatnonzero(apart < part.size + size)
+            axes = self.axes[some, number]
+            local = (points[some] - self.middles[some, number, None]) @ axes.swapaxes(1, 2)
+            frame, point = np.nonzero(part.may_hold(local, most))
+            metres, out = part.depth(local[frame, point])
+            metres += added[some[frame]]
+            weighted = metres.clip(0.0)[:, None] * out
+            np.maximum.at(depth, some[frame], metres)
+            for axis in range(3):
+                outwards = (weighted * axes[frame, 1:, axis]).sum(axis=1)
+                way[:, axis] += np.bincount(some[frame], outwards, minlength=len(way))
         return depth, way
 
 

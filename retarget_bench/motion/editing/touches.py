@@ -11,12 +11,12 @@ import numpy as np
 
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character, Motion, Prediction
-from retarget_bench.motion.editing.girths import Flesh, arm_points, parts
+from retarget_bench.motion.editing.girths import Flesh, arm_points
 from retarget_bench.motion.roles import SIDES, chain
 
 PALM = 0.35
 """Forearm lengths from the wrist to the palm."""
-_LEG, _ARM, _TRUNK, _WIDER = 0.055, 0.04, 0.075, 1.2
+_LEG, _ARM, _TRUNK, _WIDER = 0.04, 0.04, 0.075, 1.2
 """Body heights from a bone to the palm of a hand that rests on the flesh of a slender person, where no skin
 shows how thick it is; how many times wider the trunk is to its sides."""
 _NEAR = 0.005
@@ -25,10 +25,11 @@ _SLOW = 0.15
 """Body heights a second against the body, below which a hand rests."""
 
 
-def touching(source: Prediction, side: str) -> np.ndarray:
+def touching(source: Prediction, side: str, own: Flesh | None = None) -> np.ndarray:
     """``(frames,)`` bool: whether a hand of a source touches its own body.
 
-    source: at a rate at which steps between frames tell speeds, about 15 a second.
+    source: at a rate at which steps between frames tell speeds, about 15 a second. own: its flesh, where
+    it is known.
     """
     joint, height = source.character.joint_of, source.character.height
     if not {f"{side}_hand", f"{side}_forearm"} <= joint.keys():
@@ -48,9 +49,8 @@ def touching(source: Prediction, side: str) -> np.ndarray:
                 held |= close & slow
             else:
                 near, resting = near | close, resting | slow
-    if isinstance(source, Motion) and parts(source.character):
-        depth = Flesh.of(source).deepest(arm_points(source, side, from_wrist=True))[0] / height
-        near = depth > -_NEAR
+    if isinstance(source, Motion) and own is not None and own.parts:
+        near = own.deepest(arm_points(source, side, from_wrist=True), _NEAR * height)[0] > 0.0
     return np.asarray(held | (near & resting))
 
 
