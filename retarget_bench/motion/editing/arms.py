@@ -24,12 +24,13 @@ _RATE = 15.0
 """Frames a second that are looked at; what is found is eased over longer times."""
 _MARGIN = 0.005
 """Body heights that stay between arm and body."""
-_MOST = np.radians(40.0)
-"""An arm is turned no farther: that would be another pose, and verdicts tell of it."""
+_SOFT, _MOST = np.radians(30.0), np.radians(40.0)
+"""Turns that are larger than the first are eased towards the other: more would be another pose."""
 _ROUNDS, _STEPS = 2, 4
 """How often what is left is mended; steps that find how far an arm has to turn."""
-_AXES = 1.0
-"""Seconds over which the axes of turns are averaged: as far as one turn reaches, and more."""
+_PASS, _QUICK = 0.2, 0.1
+"""Body heights that a hand moves against its shoulder while a turn comes or goes, so that one that grazes
+the body in a fast swing is left before and after; seconds that it takes at least."""
 _LEVER = 0.1
 """Arm lengths: no lever of a turn counts as shorter."""
 _NEAR = 1e-6
@@ -106,12 +107,13 @@ class _Time:
         half = max(1, round(seconds * self.fps / 2))
         return smooth(self._padded(curves, half), self.fps, seconds)[half:-half]
 
-    def over(self, values: np.ndarray) -> np.ndarray:
-        """``(frames, 1)`` a smooth curve that is nowhere lower than values ``(len(at),)``."""
-        half = max(1, round(FADE * self.fps / 2))
+    def over(self, values: np.ndarray, seconds: float = FADE) -> np.ndarray:
+        """``(frames, 1)`` a smooth curve that is nowhere lower than values ``(len(at),)``, and comes and
+        goes in so many seconds."""
+        half = max(1, round(seconds * self.fps / 2))
         padded = self._padded(self.between(values[:, None]), half)
         around = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=0)
-        return self.smooth(around.max(axis=-1), FADE)
+        return self.smooth(around.max(axis=-1), seconds)
 
     def _padded(self, curves: np.ndarray, more: int) -> np.ndarray:
         """So many frames more on either side: those of a loop, else the ends."""
@@ -124,13 +126,14 @@ class _Time:
 class _Arm:
     """An arm in the frames that are looked at.
 
-    flesh:  of the body. margin: ``(frames,)`` metres that have to stay between.
+    height: metres of the body, whose flesh it is. margin: ``(frames,)`` metres that have to stay between.
     pivot:  ``(frames, 1, 3)`` metres, the shoulder.
     above:  ``(frames, 4)`` orientation of what it hangs from.
     points: ``(frames, n, 3)`` metres from the pivot, the hand's joint last.
     """
 
     side: str
+    height: float
     flesh: Flesh
     margin: np.ndarray
     pivot: np.ndarray
@@ -143,8 +146,10 @@ class _Arm:
         (side, upper, hand), above = arm, few.character.skeleton.parents
         pivot = few.positions[:, [upper]]
         points = np.concatenate([arm_points(few, side), few.positions[:, [hand]]], axis=1) - pivot
-        metres = few.character.height * margin
-        return cls(side, flesh, metres, pivot, few.global_rotations[:, above[upper]], points)
+        height = few.character.height
+        return cls(
+            side, height, flesh, height * margin, pivot, few.global_rotations[:, above[upper]], points
+        )
 
     def at(self, frames: np.ndarray) -> Self:
         """The chosen frames."""
@@ -155,6 +160,14 @@ class _Arm:
         """Turned about the shoulder, in the world ``(frames, 4)``."""
         return replace(self, points=rotation.rotate(world[:, None], self.points))
 
+    def fade(self, chosen: np.ndarray, fps: float) -> float:
+        """Seconds over which turns come and go: as fast as the hand is in the chosen frames, bool."""
+        hand = self.points[:, -1]
+        if len(hand) < 2:
+            return FADE
+        speed = float(np.median(np.linalg.norm(np.gradient(hand, 1.0 / fps, axis=0), axis=1)[chosen]))
+        return float(np.clip(_PASS * self.height / max(speed, 1e-9), _QUICK, FADE))
+
     def inside(self) -> tuple[np.ndarray, np.ndarray]:
         """``Flesh.deepest`` of it."""
         return self.flesh.deepest(self.pivot + self.points[:, :-1], self.margin)
@@ -163,22 +176,30 @@ class _Arm:
 def _arm_turns(arm: _Arm, source: Prediction, own: Flesh | None, time: _Time) -> np.ndarray:
     """``(frames, 4)`` the turns of one arm. own: the source's flesh."""
     turns = rotation.identity(time.frames)
-    depth, way = arm.inside()
-    if not depth.any():
+    before = arm.inside()[0]
+    if not before.any():
         return turns
     touches = touching(source, arm.side, own)
+    fade = arm.fade(before > 0.0, source.fps)
     free, back = 1.0 - time.over(1.0 * touches), rotation.conjugate(arm.above)
     for _ in range(_ROUNDS):
         now = turns[time.at]
         there = arm.turned(rotation.multiply(arm.above, rotation.multiply(now, back)))
         depth, way = there.inside()
         axis = rotation.rotate(back, rotation.unit(np.cross(there.points[:, -1], way)))
-        axis = rotation.unit(time.smooth(time.between(depth[:, None] * axis), _AXES))
+        axis = rotation.unit(time.smooth(time.between(depth[:, None] * axis), 3.0 * fade))
         angle = _needed(there, rotation.rotate(arm.above, axis[time.at]), depth)
-        angle = angle.clip(0.0, (_MOST - rotation.angle(now, rotation.identity(1))).clip(0.0))
-        angle = free * time.over(np.where(touches, 0.0, angle))
+        angle = angle.clip(0.0, _MOST)
+        angle = free * time.over(np.where(touches, 0.0, angle), fade)
         turns = rotation.multiply(rotation.about(axis, angle[:, 0]), turns)
-    return turns
+    there = arm.turned(rotation.multiply(arm.above, rotation.multiply(turns[time.at], back)))
+    worse = there.inside()[0] > before + _MARGIN * arm.height
+    vectors = (1.0 - time.over(1.0 * worse)) * rotation.to_rotation_vector(turns)
+    angles = np.linalg.norm(vectors, axis=1, keepdims=True)
+    eased = np.where(
+        angles > _SOFT, _MOST - (_MOST - _SOFT) * np.exp((_SOFT - angles) / (_MOST - _SOFT)), angles
+    )
+    return rotation.from_rotation_vector(vectors * (eased / np.maximum(angles, 1e-12)))
 
 
 def _needed(arm: _Arm, axis: np.ndarray, depth: np.ndarray) -> np.ndarray:
