@@ -28,9 +28,9 @@ _SOFT, _MOST = np.radians(30.0), np.radians(40.0)
 """Turns that are larger than the first are eased towards the other: more would be another pose."""
 _ROUNDS, _STEPS = 2, 4
 """How often what is left is mended; steps that find how far an arm has to turn."""
-_PASS, _QUICK = 0.2, 0.1
+_PASS, _FADES = 0.2, (0.1, 0.5)
 """Body heights that a hand moves against its shoulder while a turn comes or goes, so that one that grazes
-the body in a fast swing is left before and after; seconds that it takes at least."""
+the body in a fast swing is left before and after; seconds that it takes at least and at most."""
 _LEVER = 0.1
 """Arm lengths: no lever of a turn counts as shorter."""
 _NEAR = 1e-6
@@ -164,9 +164,9 @@ class _Arm:
         """Seconds over which turns come and go: as fast as the hand is in the chosen frames, bool."""
         hand = self.points[:, -1]
         if len(hand) < 2:
-            return FADE
+            return _FADES[1]
         speed = float(np.median(np.linalg.norm(np.gradient(hand, 1.0 / fps, axis=0), axis=1)[chosen]))
-        return float(np.clip(_PASS * self.height / max(speed, 1e-9), _QUICK, FADE))
+        return float(np.clip(_PASS * self.height / max(speed, 1e-9), *_FADES))
 
     def inside(self) -> tuple[np.ndarray, np.ndarray]:
         """``Flesh.deepest`` of it."""

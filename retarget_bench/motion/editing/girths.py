@@ -219,11 +219,13 @@ def arm_points(motion: Motion, side: str, from_wrist: bool = False) -> np.ndarra
 
 @lru_cache(maxsize=32)
 def _limb(body: Character, role: str) -> Mesh | None:
-    """The vertices that stand for a limb from a joint on, without faces."""
+    """The vertices that stand for a limb from a joint on, without faces; None where it has none."""
     mesh, joint = body.mesh, body.joint_of.get(role)
     if mesh is None or joint is None:
         return None
     own = np.flatnonzero(moved_vertices(mesh, body.skeleton, joint))
+    if not len(own):
+        return None
     cells = np.floor(mesh.vertices[own] / (_POINT * body.height)).astype(np.int64)
     own = own[np.unique(cells, axis=0, return_index=True)[1]]
     return Mesh(mesh.vertices[own], np.zeros((0, 3), dtype=np.int64), mesh.weights[own], mesh.pose)

@@ -50,7 +50,9 @@ def touching(source: Prediction, side: str, own: Flesh | None = None) -> np.ndar
             else:
                 near, resting = near | close, resting | slow
     if isinstance(source, Motion) and own is not None and own.parts:
-        near = own.deepest(arm_points(source, side, from_wrist=True), _NEAR * height)[0] > 0.0
+        skin = arm_points(source, side, from_wrist=True)
+        if skin.shape[1]:
+            near = own.deepest(skin, _NEAR * height)[0] > 0.0
     return np.asarray(held | (near & resting))
 
 
