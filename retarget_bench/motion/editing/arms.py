@@ -33,8 +33,8 @@ _PASS, _FADES = 0.2, (0.1, 0.5)
 the body in a fast swing is left before and after; seconds that it takes at least and at most."""
 _LEVER = 0.1
 """Arm lengths: no lever of a turn counts as shorter."""
-_NEAR = 1e-6
-"""Radians that make no difference."""
+_NEAR, _SEEN = 1e-6, np.radians(0.5)
+"""Radians that make no difference in a frame; that a motion is left for if no turn in it is larger."""
 
 
 def cleared(answer: Motion, source: Prediction, loop: bool = False) -> tuple[Motion, str]:
@@ -52,7 +52,7 @@ def cleared(answer: Motion, source: Prediction, loop: bool = False) -> tuple[Mot
     turns = np.concatenate([_turns(answer.at(piece), source.at(piece), loop) for piece in pieces])
     angles = rotation.angle(turns, rotation.identity(1))
     turned = angles > _NEAR
-    if not turned.any():
+    if angles.max() < _SEEN:
         return answer, ""
     rotations = np.array(answer.rotations)
     for number, (_, joint, _) in enumerate(_arms(body)):
@@ -61,16 +61,19 @@ def cleared(answer: Motion, source: Prediction, loop: bool = False) -> tuple[Mot
         rotations[at, joint] = rotation.normalise(local)
     frames = int(turned.any(axis=1).sum())
     note = (
-        f"hands are kept out of the body of {body.name} in {frames} frame{'s'[: frames > 1]}, with arms "
-        f"turned by up to {np.degrees(angles.max()):.0f} degrees; arms=keep leaves them"
+        f"the arms of {body.name} are turned away from its body in {frames} frame{'s'[: frames > 1]}, by "
+        f"up to {np.degrees(angles.max()):.0f} degrees; arms=keep leaves them"
     )
     return body.motion(rotations, answer.root, answer.fps), note
 
 
 def _arms(body: Character) -> list[tuple[str, int, int]]:
-    """The side, upper joint and hand of each whole arm."""
+    """The side, upper joint and hand of each whole arm that hangs from something."""
     lines = {side: body.joints([f"{side}_{part}" for part in ("arm", "forearm", "hand")]) for side in SIDES}
-    return [(side, line[0], line[2]) for side, line in lines.items() if len(line) == 3]
+    parents = body.skeleton.parents
+    return [
+        (side, line[0], line[2]) for side, line in lines.items() if len(line) == 3 and parents[line[0]] >= 0
+    ]
 
 
 def _turns(answer: Motion, source: Prediction, loop: bool) -> np.ndarray:
@@ -174,7 +177,11 @@ class _Arm:
 
 
 def _arm_turns(arm: _Arm, source: Prediction, own: Flesh | None, time: _Time) -> np.ndarray:
-    """``(frames, 4)`` the turns of one arm. own: the source's flesh."""
+    """``(frames, 4)`` the turns of one arm. own: the source's flesh.
+
+    Turns are found at the frames that are looked at, and eased: to nothing around touches, and around
+    frames in which the arm would be deeper than before, as averaged axes may have it.
+    """
     turns = rotation.identity(time.frames)
     before = arm.inside()[0]
     if not before.any():
@@ -205,7 +212,7 @@ def _arm_turns(arm: _Arm, source: Prediction, own: Flesh | None, time: _Time) ->
 def _needed(arm: _Arm, axis: np.ndarray, depth: np.ndarray) -> np.ndarray:
     """``(frames,)`` radians by which an arm that is inside by ``depth`` ``(frames,)`` metres has to be
     turned about an axis ``(frames, 3)`` to be outside, or nearly so."""
-    angles, left = np.zeros(len(depth)), np.flatnonzero(depth > 0.0)
+    angles, depth, left = np.zeros(len(depth)), depth.copy(), np.flatnonzero(depth > 0.0)
     least = _LEVER * float(np.linalg.norm(arm.points[:, -1], axis=-1).max(initial=1e-9))
     points = arm.points[left]
     for _ in range(_STEPS):

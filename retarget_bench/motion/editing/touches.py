@@ -1,8 +1,8 @@
-"""Hands of a source that touch their own body: they rest on it, or are in it.
+"""Hands of a source that touch their own body.
 
 Motion files state no touches. A hand counts that is near a part of its body and hardly moves against it, as
-on a hip, in a pocket or in the other hand; one that swings past is free. So does a hand that the source's
-own skin shows to be in the flesh.
+on a hip, in a pocket or in the other hand; one that swings past is free. The source's own skin tells what
+is near, where it has one; else the flesh of a slender person is assumed.
 """
 
 from itertools import pairwise
