@@ -130,7 +130,8 @@ def understood(
     settled = inner.settled(_scaled(body, upright, size.unit[1]), places, reading.inner_positions)
     motion, places = settled.motion, settled.places
     if guessed:
-        recording = replace(recording, doubts=(*recording.doubts, _GUESSED.format(len(guessed), confidence)))
+        doubt = _GUESSED.format(len(guessed), confidence)
+        recording = replace(recording, doubts=(*recording.doubts, doubt))
     findings = _findings(path, stated, recording, axis, size, settled, reading.rate is not None)
     sides = role_checks.doubt(motion, _changed(recording, reading.overrides), mirrored=reading.mirror)
     more = (*filter(None, [sides]), *plausibility.doubts(motion))
