@@ -6,7 +6,7 @@ shows that, because limbs are straight at rest, they divide the bone evenly.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations, pairwise, product
 from typing import Literal
@@ -63,6 +63,11 @@ class Limb:
     end: int
     score: float
     margin: float = 1.0
+
+    @property
+    def joints(self) -> Line:
+        """All joints of both lines."""
+        return [*self.lines[0], *self.lines[1]]
 
 
 class Tree:
@@ -222,8 +227,3 @@ def _triples(joints: int) -> Iterator[tuple[int, int, int]]:
         for bend in range(start + 1, min(start + 2 + _INNER, joints - 1)):
             for end in range(bend + 1, min(bend + 2 + _INNER, joints)):
                 yield start, bend, end
-
-
-def lines_of(limb: Limb) -> Sequence[int]:
-    """All joints of both lines of a pair of limbs."""
-    return [*limb.lines[0], *limb.lines[1]]

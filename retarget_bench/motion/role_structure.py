@@ -15,7 +15,7 @@ import numpy as np
 
 from retarget_bench.motion import rotation
 from retarget_bench.motion.role_aliases import LIMBS, read
-from retarget_bench.motion.role_limbs import Limb, Line, Tree, lines_of
+from retarget_bench.motion.role_limbs import Limb, Line, Tree
 from retarget_bench.motion.roles import ESSENTIAL, SIDES, Roles, ancestors, common_ancestor
 from retarget_bench.motion.skeleton import Skeleton
 
@@ -76,16 +76,18 @@ def completed(
     """
     joint_of = {role: joint for joint, role in enumerate(roles) if role is not None}
     found = None if joint_of.keys() >= set(ESSENTIAL) else guess(skeleton, places)
-    if found and (side := _side_by_names(skeleton, found.joint_of)):
+    if found is None:
+        return tuple(roles), ""
+    if side := _side_by_names(skeleton, found.joint_of):
         found = replace(found, joint_of=found.joint_of if side > 0 else found.exchanged, sides=1.0)
-    for guessed in (found.joint_of, found.exchanged) if found else ():
+    for guessed in (found.joint_of, found.exchanged):
         free = {
             joint: role
             for role, joint in guessed.items()
             if role not in joint_of and roles[joint] is None and skeleton.names[joint] not in explicit
         }
         known = (role for role in guessed.keys() & joint_of.keys() if role in ESSENTIAL)
-        if found and free and all(joint_of[role] == guessed[role] for role in known):
+        if free and all(joint_of[role] == guessed[role] for role in known):
             return tuple(free.get(joint, role) for joint, role in enumerate(roles)), found.confidence
     return tuple(roles), ""
 
@@ -145,7 +147,7 @@ def _legs_and_arms(tree: Tree) -> tuple[Limb, Limb, Line] | None:
         if legs is None or arms is None:
             continue
         carriers = tree.parent(legs.lines), tree.parent(arms.lines)
-        if {*lines_of(legs), *lines_of(arms)}.intersection(carriers):
+        if {*legs.joints, *arms.joints}.intersection(carriers):
             continue
         head = _head(tree, arms)
         hips = common_ancestor(tree.skeleton, carriers)

@@ -83,6 +83,11 @@ def exchanged(guessed: Mapping[str, int], roles: Mapping[str, int]) -> bool:
     return any(guessed.get(f"left_{part}") == roles.get(f"right_{part}", -1) for part in ("arm", "up_leg"))
 
 
+METATARSALS = ("DAZ Genesis 8", "DAZ Genesis 9", "Meta XR")
+"""Schemes with a joint between foot and toe, which is taken for the toe."""
+TOES = {f"{side}_{part}" for side in ("left", "right") for part in ("toe", "toe_end")}
+
+
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_bodies_at_rest(scheme: str) -> None:
     """Also with joints inside the bones of limbs, without toes, collar bones or spine."""
@@ -92,9 +97,10 @@ def test_bodies_at_rest(scheme: str) -> None:
         other, place = shuffled(skeleton, seed)
         found = guess(other, other.rest_positions[None])
         assert found is not None
-        assert {role: found.joint_of[role] for role in ESSENTIAL} == {
-            r: place[joint_of[r]] for r in ESSENTIAL
-        }
+        expected_at = {role: place[joint] for role, joint in joint_of.items()}
+        wrong = {role for role, joint in found.joint_of.items() if expected_at.get(role) != joint}
+        assert wrong <= (TOES if scheme in METATARSALS else set())
+        assert found.joint_of.keys() >= set(ESSENTIAL)
 
 
 def test_where_no_fold_tells_left_from_right_that_is_said() -> None:

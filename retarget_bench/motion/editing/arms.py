@@ -1,6 +1,6 @@
 """Arms that are turned at the shoulder where hands or forearms would go into trunk or legs.
 
-An arm that is copied to a body of more flesh, or of narrower shoulders, goes into its thighs as it swings.
+An arm that is copied to a thicker body, or to one of narrower shoulders, goes into its thighs as it swings.
 Artists give such bodies "arm space". Here the whole arm is turned, by as little as brings it out, where the
 source's hand is free: a hand that touches in the source (``touches``) stays as it is.
 """
@@ -12,7 +12,7 @@ import numpy as np
 
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character, Motion, Prediction
-from retarget_bench.motion.editing.girths import Flesh, arm_points, parts
+from retarget_bench.motion.editing.girths import PosedParts, arm_points, parts
 from retarget_bench.motion.editing.touches import touching
 from retarget_bench.motion.planting.cuts import takes
 from retarget_bench.motion.planting.ease import FADE, smooth
@@ -82,10 +82,11 @@ def _turns(answer: Motion, source: Prediction, loop: bool) -> np.ndarray:
     step = max(1, round(answer.fps / _RATE))
     time = _Time(np.arange(0, answer.frames, step), answer.frames, answer.fps, loop)
     few, played = answer.at(time.at), replace(source.at(time.at), fps=answer.fps / step)
-    flesh, own = Flesh.of(few), Flesh.of(played) if isinstance(played, Motion) else None
+    obstacles = PosedParts.of(few)
+    own = PosedParts.of(played) if isinstance(played, Motion) else None
     return np.stack(
         [
-            _arm_turns(_Arm.of(few, flesh, each, _margin(played, own, each[0])), played, own, time)
+            _arm_turns(_Arm.of(few, obstacles, each, _margin(played, own, each[0])), played, own, time)
             for each in _arms(answer.character)
         ],
         axis=1,
@@ -129,7 +130,8 @@ class _Time:
 class _Arm:
     """An arm in the frames that are looked at.
 
-    height: metres of the body, whose flesh it is. margin: ``(frames,)`` metres that have to stay between.
+    height: metres of the body. obstacles: its trunk and legs.
+    margin: ``(frames,)`` metres that have to stay between.
     pivot:  ``(frames, 1, 3)`` metres, the shoulder.
     above:  ``(frames, 4)`` orientation of what it hangs from.
     points: ``(frames, n, 3)`` metres from the pivot, the hand's joint last.
@@ -137,27 +139,29 @@ class _Arm:
 
     side: str
     height: float
-    flesh: Flesh
+    obstacles: PosedParts
     margin: np.ndarray
     pivot: np.ndarray
     above: np.ndarray
     points: np.ndarray
 
     @classmethod
-    def of(cls, few: Motion, flesh: Flesh, arm: tuple[str, int, int], margin: np.ndarray) -> Self:
+    def of(cls, few: Motion, obstacles: PosedParts, arm: tuple[str, int, int], margin: np.ndarray) -> Self:
         """An arm of ``_arms``. margin: in body heights."""
         (side, upper, hand), above = arm, few.character.skeleton.parents
         pivot = few.positions[:, [upper]]
         points = np.concatenate([arm_points(few, side), few.positions[:, [hand]]], axis=1) - pivot
         height = few.character.height
         return cls(
-            side, height, flesh, height * margin, pivot, few.global_rotations[:, above[upper]], points
+            side, height, obstacles, height * margin, pivot, few.global_rotations[:, above[upper]], points
         )
 
     def at(self, frames: np.ndarray) -> Self:
         """The chosen frames."""
         names = ("margin", "pivot", "above", "points")
-        return replace(self, flesh=self.flesh.at(frames), **{n: getattr(self, n)[frames] for n in names})
+        return replace(
+            self, obstacles=self.obstacles.at(frames), **{n: getattr(self, n)[frames] for n in names}
+        )
 
     def turned(self, world: np.ndarray) -> Self:
         """Turned about the shoulder, in the world ``(frames, 4)``."""
@@ -172,12 +176,12 @@ class _Arm:
         return float(np.clip(_PASS * self.height / max(speed, 1e-9), *_FADES))
 
     def inside(self) -> tuple[np.ndarray, np.ndarray]:
-        """``Flesh.deepest`` of it."""
-        return self.flesh.deepest(self.pivot + self.points[:, :-1], self.margin)
+        """``PosedParts.deepest`` of it."""
+        return self.obstacles.deepest(self.pivot + self.points[:, :-1], self.margin)
 
 
-def _arm_turns(arm: _Arm, source: Prediction, own: Flesh | None, time: _Time) -> np.ndarray:
-    """``(frames, 4)`` the turns of one arm. own: the source's flesh.
+def _arm_turns(arm: _Arm, source: Prediction, own: PosedParts | None, time: _Time) -> np.ndarray:
+    """``(frames, 4)`` the turns of one arm. own: the source's trunk and legs.
 
     Turns are found at the frames that are looked at, and eased: to nothing around touches, and around
     frames in which the arm would be deeper than before, as averaged axes may have it.
@@ -224,11 +228,11 @@ def _needed(arm: _Arm, axis: np.ndarray, depth: np.ndarray) -> np.ndarray:
     return angles
 
 
-def _margin(source: Prediction, own: Flesh | None, side: str) -> np.ndarray:
+def _margin(source: Prediction, own: PosedParts | None, side: str) -> np.ndarray:
     """``(frames,)`` body heights that stay between the arm and its body: ``_MARGIN``, or what stays in the
     source where its skin shows less; negative where its arm is inside.
 
-    own: the source's flesh.
+    own: the source's trunk and legs.
     """
     if own is None or not own.parts:
         return np.full(source.frames, _MARGIN)

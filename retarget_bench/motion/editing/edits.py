@@ -106,7 +106,8 @@ def edited(
 
 def _parts(answer: Motion, source: Prediction, edits: Edits, loop: bool) -> tuple[Motion, list[str]]:
     """Fingers, arms and twist bones, and what was done to them unasked. loop: the answer is one."""
-    target, notes = answer.character, list[str]()
+    target = answer.character
+    notes: list[str] = []
     motion = fingers.followed(answer, source)
     if edits.hands == "relaxed" and (relaxed := fingers.relaxed(motion, source)) is not motion:
         notes.append(f"{source.character.name} shows no fingers: the hands of {target.name} are relaxed")

@@ -157,7 +157,7 @@ def _samples(mesh: Mesh, faces: np.ndarray, apart: float) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Flesh:
+class PosedParts:
     """The parts of a body in the frames of a motion.
 
     middles: ``(frames, parts, 3)`` metres. axes: ``(frames, parts, 3, 3)`` unit rows.
@@ -187,7 +187,7 @@ class Flesh:
         """``(frames,)`` metres by which the deepest of points ``(frames, n, 3)`` is inside, 0 where none
         is; and ``(frames, 3)`` the way out of all that are inside, the deeper the more.
 
-        margin: metres of flesh that are added all around, or ``(frames,)``.
+        margin: metres that are added all around, or ``(frames,)``.
         """
         depth, way = np.zeros(len(points)), np.zeros((len(points), 3))
         added = np.broadcast_to(margin, depth.shape)

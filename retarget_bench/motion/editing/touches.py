@@ -2,7 +2,7 @@
 
 Motion files state no touches. A hand counts that is near a part of its body and hardly moves against it, as
 on a hip, in a pocket or in the other hand; one that swings past is free. The source's own skin tells what
-is near, where it has one; else the flesh of a slender person is assumed.
+is near, where it has one; else the girths of a slender person are assumed.
 """
 
 from itertools import pairwise
@@ -11,13 +11,13 @@ import numpy as np
 
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character, Motion, Prediction
-from retarget_bench.motion.editing.girths import Flesh, arm_points
+from retarget_bench.motion.editing.girths import PosedParts, arm_points
 from retarget_bench.motion.roles import SIDES, chain
 
 PALM = 0.35
 """Forearm lengths from the wrist to the palm."""
 _LEG, _ARM, _TRUNK, _WIDER = 0.04, 0.04, 0.075, 1.2
-"""Body heights from a bone to the palm of a hand that rests on the flesh of a slender person, where no skin
+"""Body heights from a bone to the palm of a hand that rests on a slender person, where no skin
 shows how thick it is; how many times wider the trunk is to its sides."""
 _NEAR = 0.005
 """Body heights from the skin at which a hand is near, or in it."""
@@ -25,11 +25,11 @@ _SLOW = 0.15
 """Body heights a second against the body, below which a hand rests."""
 
 
-def touching(source: Prediction, side: str, own: Flesh | None = None) -> np.ndarray:
+def touching(source: Prediction, side: str, own: PosedParts | None = None) -> np.ndarray:
     """``(frames,)`` bool: whether a hand of a source touches its own body.
 
-    source: at a rate at which steps between frames tell speeds, about 15 a second. own: its flesh, where
-    it is known.
+    source: at a rate at which steps between frames tell speeds, about 15 a second. own: its trunk and
+    legs, where its skin is known.
     """
     joint, height = source.character.joint_of, source.character.height
     if not {f"{side}_hand", f"{side}_forearm"} <= joint.keys():
