@@ -14,6 +14,7 @@ from retarget_bench.results import store
 from retarget_bench.tables.model import Table
 from retarget_bench.tables.published.joined import joined
 from retarget_bench.tables.published.printed import PublishedTable, of_rows
+from retarget_bench.training import request
 from retarget_bench.training.ablation import Ablation
 from retarget_bench.training.train import ProgressReporter, TrainingOptions, finished, train
 
@@ -74,6 +75,11 @@ def train_rows(
     for label, parameters in ablation.rows.items():
         spec = registry.canonical("methods", shared.method.with_parameters(**parameters))
         options = replace(shared, method=spec, out=out / "train" / spec.slug, resume=True)
+        assert options.out is not None
+        if (
+            earlier := request.read(options.out)
+        ) is not None:  # to go on with a longer one is another training
+            request.contradicted(earlier, {"budget": shared.budget})
         if finished(options):
             reporter.say(f"{label}: trained already ({options.out})")
         else:

@@ -42,6 +42,7 @@ def card(
     if not request.limit.steps:  # the time was limited, not the preset's number of steps
         del config["steps"]
     unknown = [UNKNOWN] if request.init and not request.seen_all else []
+    before = [f"the budget was first {', then '.join(request.earlier)}"] if request.earlier else []
     return {
         "method": spec.name,
         "version": request.version,
@@ -72,7 +73,7 @@ def card(
         "scores": dict(best.scores) if best else {},
         "scored_as": str(scored) if best else "",
         "training_manifest": joined(request.seen, manifest(data, training_data)),
-        "notes": [*training_data.notes, *unknown, *([] if best else [UNWATCHED])],
+        "notes": [*training_data.notes, *before, *unknown, *([] if best else [UNWATCHED])],
     }
 
 

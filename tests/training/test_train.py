@@ -223,7 +223,8 @@ def test_a_device_that_is_not_there_is_refused(monkeypatch):
     [
         ({"method": "rest_pose"}, "began with method toy_trainee, not rest_pose"),
         ({"data": "toy_walks[content=two]"}, "began with dataset toy_walks, not toy_walks[content=two]"),
-        ({"budget": "99it"}, "began with budget 30it, not 99it"),
+        ({"budget": "12it"}, "holds a run of 15 steps in 0 s, and a budget of 12it leaves nothing"),
+        ({"budget": ""}, "began with budget 30it"),
         ({"preset": "quick"}, "began with preset default, not quick"),
         ({"seed": 7}, "began with seed 0, not 7"),
         ({"precision": "bfloat16"}, "began with precision float32, not bfloat16"),
