@@ -349,7 +349,7 @@ class AblationOptions(TrainingSettings):
 @click.argument("table")
 @takes(
     AblationOptions,
-    only=("dataset", "test", "preset", "budget", "out", "seed", "device", "jobs"),
+    only=("dataset", "test", "preset", "budget", "out", "seed", "jobs"),
 )
 def ablate(method: str, table: str, options: AblationOptions) -> None:
     """Train and score every row of a published ablation TABLE of METHOD, and print the table.
@@ -379,7 +379,6 @@ def ablate(method: str, table: str, options: AblationOptions) -> None:
         budget=options.budget or "",
         seed=seed,
         jobs=options.jobs,
-        device=options.device,
     )
     with closing(ConsoleReporter()) as reporter:
         trained = ablations.train_rows(ablation, shared, out, reporter)

@@ -75,13 +75,14 @@ class Loop:
         show: Show,
         saved: Callable[[Checkpoint, bool], None],
         workers: int = 0,
+        tensorboard: bool = False,
     ) -> None:
         """saved: called after every checkpoint, with whether its best weights are new.
         workers: processes that draw batches beforehand; 0: each is drawn when its step begins."""
         self.workers = workers if "fork" in get_all_start_methods() else 0
         self.module, self.config, self.budget, self.seed = module, config, budget, seed
         self.device, self.folder, self.validator = device, folder, validator
-        self.show, self.saved = show, saved
+        self.show, self.saved, self._tensorboard = show, saved, tensorboard
         self.rows, rest = divmod(config.batch, parallel.world())
         if rest:
             raise BenchError(
@@ -107,7 +108,7 @@ class Loop:
         if parallel.first(lambda: self.at.step) != self.at.step:
             raise BenchError(f"{self.folder}: not every process finds the same checkpoint there")
         first = parallel.rank() == 0
-        self._log = log.Log(self.folder, self.at.step) if first else None
+        self._log = log.Log(self.folder, self.at.step, self._tensorboard) if first else None
         self._begun = time.perf_counter() - self.at.seconds - spent
         self._used, self._started = self.budget.used(self.at.step, self.at.seconds), self._seconds
         self._saved = self._validated = time.perf_counter()

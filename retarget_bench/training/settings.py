@@ -31,6 +31,7 @@ class TrainingSettings(Parallel):
     precision: Literal["float32", "bfloat16"] | None = option(
         "Precision of matrix products in training.", default=None, shown="the preset's, float32"
     )
+    tensorboard: bool = option("Write the log for TensorBoard, too.", default=False)
     augment: bool = option(
         "Train on changed windows too: limbs, turns, mirror images, speeds.", default=False
     )

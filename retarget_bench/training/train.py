@@ -67,6 +67,8 @@ def train(
 
     begun: when the command began, by ``perf_counter``, which a budget of time counts from; None: now."""
     begun = time.perf_counter() if begun is None else begun
+    if options.tensorboard:
+        log.summary_writer()  # says that it is missing before there is a run
     device = parallel.device(options.device)
     set_deterministic(device)
     parallel.join(device)
@@ -150,7 +152,19 @@ def _train(
 
     show = _first_only(reporter.show)
     workers = options.jobs if device.type == "cuda" else 0
-    loop = Loop(module, config, run.limit, run.seed, device, folder, validator, show, saved, workers)
+    loop = Loop(
+        module,
+        config,
+        run.limit,
+        run.seed,
+        device,
+        folder,
+        validator,
+        show,
+        saved,
+        workers,
+        options.tensorboard,
+    )
     if parallel.rank() == 0:
         request.write(folder, replace(run, job=parallel.job()))
         for note in training_data.notes:

@@ -141,7 +141,7 @@ def test_a_value_that_no_metric_has_is_said(options, monkeypatch):
 @pytest.fixture
 def bench(options, monkeypatch, tmp_path, capsys):
     """``bench ablate`` in this process, its jobs too: exit status, output, errors."""
-    often = ["--preset", "quick", "--budget", "4it", "--device", "cpu", "-j", "1", "--out", str(tmp_path)]
+    often = ["--preset", "quick", "--budget", "4it", "-j", "1", "--out", str(tmp_path)]
     files = ["-d", "toy_walks", *often]
 
     def call(*arguments: str) -> tuple[int, str, str]:

@@ -227,7 +227,7 @@ def test_a_finished_run_goes_on_under_a_longer_budget_as_one_run(toy_run, tmp_pa
 def test_preparing_validating_and_ending_are_in_a_budget_of_time(
     toy_run, tmp_path, monkeypatch, a_case, cases, end
 ):
-    """Gathering takes five seconds, a step a tenth; of cases of two seconds there is no time for all four."""
+    """Gathering takes five seconds, a step a tenth; of cases of two seconds two are left out."""
     now = [0.0]
     monkeypatch.setattr(loop.time, "perf_counter", lambda: now[0])
 
