@@ -126,7 +126,7 @@ def table(
     """
     rows = {bound.method(spec).known_as: label for label, spec in trained.items()}
     units = plan.evaluation_units(carried_out)
-    known_as = {store.read_header(unit.paths.header).method.label: rows[unit.known_as] for unit in units}
+    known_as = {store.read_header(unit.paths.header).method.shown: rows[unit.known_as] for unit in units}
     paths = [unit.paths for unit in units]
     result = joined(published(ablation), paths, Selection(variants=True), known_as=known_as)
     (tested_on,) = (bound.dataset(each).built.label.strip() for each in carried_out.datasets)

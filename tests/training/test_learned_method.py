@@ -197,6 +197,11 @@ def test_local_weights_are_known_by_what_they_are_and_not_by_where_they_lie(shif
     assert errors[0] < 1e-3 < 10 < errors[1]  # the references of the toy cases are 1 cm to the left
     labels = [results.header.method.label for results in stored]
     assert labels == [f"shifter[weights=local-{bundle.hash[:8]}]" for bundle in (own, others)]
+    shown = [results.header.method.shown for results in stored]
+    assert shown == [
+        f"shifter[weights={name}-{bundle.hash[:8]}]"
+        for name, bundle in zip("ab", (own, others), strict=True)
+    ]
     assert stored[0].header.method.trained_on == {key: tuple(names) for key, names in MANIFEST.items()}
     for path in (tmp_path / "runs").rglob("*"):
         assert path.is_dir() or str(tmp_path / "a").encode() not in path.read_bytes(), path
