@@ -22,6 +22,10 @@ POINTS = 40
 """Of the loss curve on a card."""
 UNPARTED = "the data set has no validation part"
 UNKNOWN = "what the weights that training began with have seen is not known in full"
+PARTS = (
+    "the training motion, and for validation the cases that the data keep for that; a part 'test' in "
+    "content names the cases that they offer for tests, which were not used"
+)
 UNWATCHED = "no weights were chosen by validation, these are the last ones"
 
 
@@ -50,6 +54,7 @@ def card(
         "data": {
             "spec": without_places(request.dataset),
             "label": data.label,
+            "parts": PARTS,
             "content": request.content,
             "motion": request.motion,
             "clips": sum(map(len, training_data.clips.values())),

@@ -11,6 +11,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, log, parallel, request, weights
+from retarget_bench.training.card import PARTS
 from retarget_bench.training.config import Augmentation
 
 
@@ -30,6 +31,7 @@ def test_the_card_says_how_the_weights_came_about(toy_run, tmp_path):
     assert facts["data"] == {
         "spec": "toy_walks",
         "label": "toy_walks",
+        "parts": PARTS,
         "content": "one",
         "motion": trained.run.motion,
         "clips": 6,
