@@ -104,16 +104,6 @@ class Pan(SkeletalMethod):
             validate=200,
             average=0.999,
         ),
-        "gpu": TrainingConfig(
-            steps=20_000,
-            batch=128,
-            window=64,
-            rate=6e-4,
-            schedule="cosine",
-            warm_up=100,
-            validate=300,
-            average=0.999,
-        ),
         "ablation": TrainingConfig(
             steps=5000, batch=4, window=32, rate=3e-4, schedule="cosine", warm_up=100, validate=2500
         ),

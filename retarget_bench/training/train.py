@@ -17,7 +17,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, joint_datasets, log, parallel, request, weights
 from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
-from retarget_bench.training.config import Augmentation, Budget, TrainingConfig
+from retarget_bench.training.config import Augmentation, Budget, TrainingConfig, presets
 from retarget_bench.training.contract import LearnsFromPairs
 from retarget_bench.training.data import TrainingData, gather
 from retarget_bench.training.loop import LEAST, Loop, TrainingStatus
@@ -294,9 +294,9 @@ def _new(options: TrainingOptions, method: Spec) -> Request:
     data_spec = joint_datasets.canonical(options.dataset)
     built, data = _trainable(method), joint_datasets.dataset(data_spec)
     name = options.preset or "default"
-    if name not in built.presets:
-        raise BenchError(f"{method.name} has no preset {name!r}; there are {', '.join(built.presets)}")
-    config: TrainingConfig = built.presets[name]
+    if name not in (offered := presets(built)):
+        raise BenchError(f"{method.name} has no preset {name!r}; there are {', '.join(offered)}")
+    config = offered[name]
     if options.budget and (limit := Budget.parse(options.budget)).steps:
         config = replace(config, steps=limit.steps)
     config = replace(config, precision=options.precision or config.precision)
