@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from retarget_bench.api import Context, Method, MethodCard, Prediction
+from retarget_bench.api import Ablation, Context, Method, MethodCard, Prediction
 from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.plugins.spec import Scalar
-from retarget_bench.training.ablation import Ablation
 from retarget_bench.training.config import TrainingConfig, on_gpu
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod

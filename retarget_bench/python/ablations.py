@@ -6,6 +6,7 @@ from pathlib import Path
 
 from retarget_bench import defaults
 from retarget_bench.analysis.selection import Selection
+from retarget_bench.api import Ablation
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.plugins import bound, registry
@@ -15,7 +16,6 @@ from retarget_bench.tables.model import Table
 from retarget_bench.tables.published.joined import joined
 from retarget_bench.tables.published.printed import PublishedTable, of_rows
 from retarget_bench.training import request
-from retarget_bench.training.ablation import Ablation
 from retarget_bench.training.train import ProgressReporter, TrainingOptions, finished, train
 
 DECIMALS = 4

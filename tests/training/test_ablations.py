@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from retarget_bench import cli
+from retarget_bench.api import Ablation
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner
 from retarget_bench.plugins import bound
@@ -19,7 +20,6 @@ from retarget_bench.tables.published import printed
 from retarget_bench.tables.published.printed import Column, Number, PublishedTable
 from retarget_bench.tables.rendering import WITH_INTERVALS
 from retarget_bench.training import train
-from retarget_bench.training.ablation import Ablation
 from tests.in_process import carried_out_here
 from tests.training.conftest import Silent
 
