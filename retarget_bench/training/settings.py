@@ -12,7 +12,7 @@ class TrainingSettings(Parallel):
     """Settings of a method's training."""
 
     preset: str | None = option(
-        "Training config: paper, default or quick.", default=None, shown="default", metavar="NAME"
+        "Training config: paper, default, gpu or quick.", default=None, shown="default", metavar="NAME"
     )
     budget: str | None = option(
         "Time (90s, 30m, 2h) or steps (20000it).", default=None, shown="the preset's", metavar="BUDGET"
