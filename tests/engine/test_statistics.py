@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from clip_simulation import OWN, RECKLESS, STEADY, errors, failures
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import optimize, stats
@@ -44,6 +44,7 @@ def by_brute_force(differences: np.ndarray) -> float:
 
 @examples(60)
 @given(SIZES)
+@example(np.array([[3.75, 3.625, 3.695, 3.688]]))  # agree so well that their spread is lost in rounding
 def test_few_clips_give_exactly_the_share_of_all_flips(differences):
     assert statistics.sign_flip(differences)[0] == by_brute_force(differences[0])
 
