@@ -62,7 +62,9 @@ def _plugins():
 
 
 @pytest.fixture(
-    scope="module", params=[QUICK, pytest.param(tuple(ATTACKS), marks=pytest.mark.slow)], ids=["quick", "all"]
+    scope="module",
+    params=[QUICK, pytest.param(tuple(ATTACKS), marks=pytest.mark.slow)],
+    ids=["quick", "all"],
 )
 def battle(request, tmp_path_factory):
     """The folder of a run with attacks (``with``), of one without, and of what they were run in."""
