@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "engine"))
 
 from clip_simulation import OWN, RECKLESS, STEADY, errors, failures
 
-from retarget_bench.analysis import statistics
+from retarget_bench.analysis import ranking, selection, statistics
 from retarget_bench.results import result_matrix, store
 
 CLIPS = (10, 13, 20, 43, 94)
@@ -35,6 +35,7 @@ METHODS = 10
 """Of a table."""
 REAL_CLIPS = (13, 43, 94)
 """Drawn from real results."""
+REAL_VALUES = ("mpjpe_h.world", "mpjpe_h.root", "contact_recall", "foot_slide", "jerk_ratio")
 Rows = dict[str, list[str]]
 
 
@@ -175,36 +176,35 @@ def tables(repeats: int) -> Rows:
     return table
 
 
-def _told_apart(means: np.ndarray, equal: int) -> bool:
+def _told_apart(means: np.ndarray, equal: int, tolerance: float = 0.0) -> bool:
     """Whether any of the first, equal methods is told from the best of the table."""
-    best, p = statistics.against_best(means)
+    best, p = statistics.against_best(means, tolerance)
     return best < equal and bool((p[:equal] < statistics.ALPHA).any())
 
 
-def real(root: Path, repeats: int) -> list[tuple[str, list[float]]]:
-    """Per split and value of real results: per cent of tables of clips drawn with replacement in which
-    somebody is told from the best, after every method's numbers are shifted to one mean."""
-    lines = []
-    for each in result_matrix.result_matrices(store.find_results(root)):
-        if each.split == "self" or len(each.rows) < 2:
-            continue
-        for value in ("mpjpe_h.world", "mpjpe_h.root", "contact_recall", "foot_slide", "jerk_ratio"):
-            numbers = each.numbers((value, ""))
-            numbers = numbers[~np.isnan(numbers).all(axis=1)]
-            there = each.own & ~np.isnan(numbers).any(axis=0)
-            if len(numbers) < 2 or not there.any():
+def real(root: Path, repeats: int) -> Iterator[tuple[str, list[float]]]:
+    """Per split and value of real results on people: per cent of tables of clips drawn with replacement in
+    which somebody is told from the best, after every method's numbers are shifted to one mean."""
+    for results in selection.of_bodies(result_matrix.result_matrices(store.find_results(root))):
+        matrix = selection.without_variants(results)
+        among = np.array([not ranking.unranked(row.header) for row in matrix.rows])
+        for value in REAL_VALUES:
+            if matrix.split == "self" or ranking.doubt(matrix, value):
                 continue
-            means = statistics.per_clip(numbers[:, there], each.clips[there])
-            means = means[means.std(axis=1) > 1e-6]
+            declared = matrix.values[value]
+            numbers = matrix.numbers((value, ""))
+            common, ranked, _ = ranking.common_cases(numbers, among)
+            if ranked.sum() < 2:
+                continue
+            losses = statistics.losses(numbers[ranked][:, common], declared.better, declared.goal)
+            means = statistics.per_clip(losses, matrix.clips[common])
             centred = means - means.mean(axis=1, keepdims=True)
             shares = []
             for clips in REAL_CLIPS:
                 drawn = np.random.default_rng(clips).integers(0, centred.shape[1], (repeats, clips))
-                shares.append(
-                    100 * float(np.mean([_told_apart(centred[:, at], len(means)) for at in drawn]))
-                )
-            lines.append((f"{each.split} {value}, {len(means)} methods", shares))
-    return lines
+                told = [_told_apart(centred[:, at], len(means), declared.tolerance) for at in drawn]
+                shares.append(100 * float(np.mean(told)))
+            yield f"{matrix.split} {value}, {len(means)} methods of {means.shape[1]} clips", shares
 
 
 PARTS: dict[str, tuple[str, Callable[[int], Rows]]] = {
@@ -231,7 +231,7 @@ def main() -> None:
     if options.rows:
         print("tables with somebody told from the best, %: " + ", ".join(f"{n} clips" for n in REAL_CLIPS))
         for name, shares in real(options.rows, options.repeats):
-            print("  " + " ".join(f"{rate:6.1f}" for rate in shares) + f"  {name}")
+            print("  " + " ".join(f"{rate:6.1f}" for rate in shares) + f"  {name}", flush=True)
         return
     for name, (title, part) in PARTS.items():
         if options.only in (None, name):

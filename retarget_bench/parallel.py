@@ -88,10 +88,15 @@ def _without_main() -> Iterator[None]:
         sys.modules["__main__"] = main
 
 
+def one_thread() -> None:
+    """Give one thread to the libraries that this process computes with; called before they are imported."""
+    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
+
+
 def _begin() -> None:
     """The first steps of a process, before it imports what computes: it has one thread, the parent decides
     about Ctrl-C, and it ends when the parent has ended."""
-    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
+    one_thread()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

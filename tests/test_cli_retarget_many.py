@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from retarget_bench.parallel import Done
 from retarget_bench.plugins import registry
 from tests.bench_command import bowing
 from tests.in_process import carried_out_here
+from tests.motion.editing_bodies import body, gait
 from tests.motion.gltf_files import person
 
 
@@ -322,3 +324,23 @@ def test_one_result_goes_into_a_folder_that_is_named_as_one(bench, folders):
     code, _, err = bench(*arguments, "d12")
     assert code == 2
     assert "give it a name that ends in" in err
+
+
+def test_results_without_an_all_clear_are_counted(bench, tmp_path):
+    """Joints of names that say nothing: their roles are a guess."""
+    walk = gait(body(), 30)
+    Path("mocap").mkdir()
+    bvh.write(Path("mocap/walk.bvh"), walk, scale=100)
+    bvh.write(Path("me.bvh"), walk, scale=100)
+    text = Path("mocap/walk.bvh").read_text()
+    for number, name in enumerate(walk.skeleton.names):
+        text = re.sub(rf"\b{name}\n", f"b{number:02d}\n", text)
+    Path("mocap/odd.bvh").write_text(text)
+    code, out, err = bench("retarget", "mocap", "--target", "me.bvh", "-o", "out", "--report", "r.json")
+    assert code == 0, err
+    assert len(re.findall(r"\nlook at all of it: \d+ roles of odd are a guess", out)) == 1
+    assert "0 failed; all to look at in 1 of 2 results" in out
+    doubts = [each["doubts"] for each in json.loads(Path("r.json").read_text())["results"]]
+    assert sorted(map(len, doubts)) == [0, 1]
+    again = bench("retarget", "mocap", "--target", "me.bvh", "-o", "out")[1]
+    assert again == "0 retargeted, 2 up to date, 0 failed; all to look at in 1 of 2 results\n"

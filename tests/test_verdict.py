@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,11 +14,13 @@ import pytest
 import retarget_bench as rb
 from retarget_bench.api import Case, Context
 from retarget_bench.errors import BenchError
-from retarget_bench.motion import importer, rotation, transfer
+from retarget_bench.motion import bvh, importer, rotation, transfer
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins import registry
 from retarget_bench.verification.verdict import Verdict, defects, joints, penetration, verdict
+from tests.motion.editing_bodies import body, gait, jump
 
 WALK = "puppets/vesper>moppet/walk-001"
 KICK = "puppets/jack>olga/kick_front-001"
@@ -194,6 +197,70 @@ def test_a_foot_that_slides_while_the_sources_stands_is_found():
         assert each.amount == pytest.approx(shift * (each.last - each.first), rel=0.3, abs=1.5)
 
 
+LOW_HIPS = {
+    f"{side}UpLeg": ("Hips", (sign * 0.1, -0.3, 0.0)) for side, sign in (("Left", 1.0), ("Right", -1.0))
+}
+"""Legs from far below the hips: by these a body is larger than by its legs, and so are its root paths."""
+LEDGES = [
+    (1.1, 0.0, 20, 30),
+    (0.0, -1.1, 20, 30),
+    (0.0, -1.1, 90, 3),
+    (0.0, -1.1, 20, 1),
+    (0.8, 0.8, 20, 30),
+]
+"""High and low, metres; frames before and after the jump, of which the last are too few to stand."""
+
+
+@pytest.mark.parametrize("ledge", LEDGES)
+@pytest.mark.parametrize("shanks", [1.0, 0.7])
+def test_a_jump_from_a_ledge_has_no_foot_in_the_floor(ledge, shanks):
+    high, low, before, after = ledge
+    source = jump(body(), high, low, before=before, after=after)
+    result = rb.retarget(source, body(LOW_HIPS, shanks=shanks))
+    assert verdict(source, result).defects == ()
+    assert result.notes == (), "no edit moves it"
+
+
+def test_feet_below_another_floor_than_that_at_the_origin_are_found():
+    source = jump(body(), 0.0, -1.1)
+    result = rb.retarget(source, body(LOW_HIPS))
+    height, landed = result.character.height, slice(40, source.frames)
+
+    def sink(rotations: np.ndarray, root: np.ndarray) -> None:
+        del rotations
+        root[landed, 1] -= 0.08 * height
+
+    sunk = verdict(source, changed(result, sink)).defects
+    assert {each.part for each in sunk if each.kind == "floor"} == {"left foot", "right foot"}
+    for each in (one for one in sunk if one.kind == "floor"):
+        assert landed.start - 2 <= each.first <= landed.start + 2
+        assert each.amount == pytest.approx(8 * height, rel=0.2)
+
+
+@pytest.mark.parametrize("clip", ["stairs_up", "stairs_down"])
+def test_stairs_are_floors(clip):
+    """They grow with the body that is on them, by ``ik`` and in puppets' solved references."""
+    data = registry.create("datasets", "puppets[size=tiny]")
+    (info,) = (one for one in data.cases("retarget", "cross") if one.clip.startswith(clip))
+    loaded = data.load(info)
+    for result in (loaded.reference, rb.retarget(loaded.source, loaded.target)):
+        assert "floor" not in {each.kind for each in verdict(loaded.source, result).defects}
+
+
+@pytest.mark.parametrize("degrees", [-12.0, 12.0])
+def test_a_slope_is_no_floor_to_be_in(degrees):
+    """A walk turned as a whole, uphill or downhill."""
+    source, result = solved(WALK)
+    slope = rotation.about(np.array([1.0, 0.0, 0.0]), np.array(np.radians(degrees)))
+
+    def tilt(rotations: np.ndarray, root: np.ndarray) -> None:
+        rotations[:, 0] = rotation.multiply(slope[None], rotations[:, 0])
+        root[:] = rotation.rotate(slope[None], root)
+
+    uphill, up = changed(source, tilt), changed(result, tilt)
+    assert "floor" not in {kind for kind, _ in found_in(uphill, up)}
+
+
 def turned(motion: Motion, role: str, degrees: float, axis: tuple[float, float, float]) -> Motion:
     """A joint turned by so many degrees about an axis of its parent's frame, as it is at rest."""
     joint = motion.character.joint_of[role]
@@ -230,6 +297,34 @@ def test_a_part_that_points_elsewhere_than_the_sources_is_found(role, degrees, a
     assert f"{part} points elsewhere than the source's ({one.amount:.0f} degrees)" in one.reason
     slightly = turned(standing, role, 10.0, axis)
     assert not [each for each in verdict(standing, slightly).defects if each.kind == "turned"]
+
+
+@pytest.mark.parametrize(
+    ("turns", "parts"),
+    [
+        ({"left_up_leg": 35.0}, {"left foot"}),
+        ({"spine_1": 20.0, "left_arm": 20.0}, {"left hand"}),
+    ],
+)
+def test_ends_that_are_elsewhere_are_found_where_no_bone_points_away_by_much(turns, parts):
+    standing = posed(replace(case(KICK).target, skin=None), elbow=20.0)
+    away = slightly = standing
+    for role, degrees in turns.items():
+        away = turned(away, role, degrees, (0.0, 0.0, 1.0))
+        slightly = turned(slightly, role, degrees / 4, (0.0, 0.0, 1.0))
+    found = [each for each in verdict(standing, away).defects if each.kind in ("place", "turned")]
+    assert {each.kind for each in found} == {"place"}
+    assert {each.part for each in found} >= parts
+    for each in found:
+        assert (each.first, each.last) == (0, standing.frames - 1)
+        joint, hips = standing.character.joints([each.part.replace(" ", "_"), "hips"])
+        apart = (away.positions - standing.positions)[0]
+        assert each.amount == pytest.approx(100 * np.linalg.norm(apart[joint] - apart[hips]), rel=1e-6)
+        assert (
+            f"{each.part} is elsewhere than the source's ({each.amount:.0f} cm, at this size)"
+            in each.reason
+        )
+    assert not {"place", "turned"} & {kind for kind, _ in found_in(standing, slightly)}
 
 
 def test_hands_and_heads_below_the_floor_are_found_as_feet_are():
@@ -288,6 +383,100 @@ def test_what_a_coarse_mesh_says_of_hands_is_what_the_mesh_says(monkeypatch):
         np.concatenate([coarse.faces[:, [0, 1]], coarse.faces[:, [1, 2]], coarse.faces[:, [2, 0]]])
     )
     assert (np.unique(edges, axis=0, return_counts=True)[1] % 2 == 0).all(), "closed as before"
+
+
+# ---------------------------------------------------------------------------------------- all of it
+def of_other_names(motion: Motion, path: Path, *names: str) -> Motion:
+    """The motion read from a file whose joints have no names that mean anything, but for some."""
+    old = motion.skeleton
+    new = tuple(name if name in names else f"b{number:02d}" for number, name in enumerate(old.names))
+    skeleton = Skeleton(new, old.parents, old.offsets, old.end_sites)
+    bvh.write(path, replace(motion, character=replace(motion.character, skeleton=skeleton)), scale=100.0)
+    return importer.load(path, Reading(unit="cm", up="y")).motion
+
+
+def test_there_is_no_all_clear_for_roles_that_are_a_guess(tmp_path):
+    walk = gait(body(), 40)
+    guessed = of_other_names(walk, tmp_path / "odd.bvh")
+    count = len([role for role in guessed.character.roles if role])
+    assert len(guessed.character.guessed) == count
+    other = gait(body(size=1.3), 40)
+    for source, result in ((guessed, other), (other, guessed)):
+        judged = verdict(source, result)
+        sentence = f"{count} roles of odd are a guess, by the tree and the places of joints"
+        assert judged.doubts == (sentence,)
+        assert f"look at all of it: {sentence}" in judged.text()
+        assert judged.summary == "no place stands out: look at all of it"
+        assert judged.as_dict()["doubts"] == [sentence]
+    roles = dict(zip(guessed.skeleton.names, guessed.character.roles, strict=True))
+    stated = importer.load(tmp_path / "odd.bvh", Reading(unit="cm", up="y", roles=roles)).motion
+    assert verdict(stated, other).summary == "nothing to look at"
+
+
+def test_there_is_none_between_a_person_and_a_dog():
+    dogs = registry.create("datasets", "puppets[size=tiny]").characters().values()
+    dog = next(each for each in dogs if each.four_legged)
+    walk = gait(body(), 30)
+    for source, target in ((walk, dog), (gait(dog, 30), body())):
+        judged = verdict(source, rb.retarget(source, target, "copy_rotations"))
+        assert judged.doubts == (
+            "one body has four legs and the other two: what each limb should do is a guess",
+        )
+        assert judged.summary.endswith("all of it")
+    still = dog.motion(np.repeat(dog.reference_pose[None], 9, 0), np.zeros((9, 3)), 30.0)
+    assert verdict(still, still).doubts == ()
+
+
+def mirrored(motion: Motion) -> Motion:
+    """As a left-handed file has it: everything to the other side, names where they were."""
+    old = motion.character
+    flat = np.array([-1.0, 1.0, 1.0])
+    skeleton = Skeleton(old.skeleton.names, old.skeleton.parents, old.skeleton.offsets * flat)
+    turns = motion.rotations * [1.0, 1.0, -1.0, -1.0]
+    return Character.of("left", skeleton, sample=turns).motion(turns, motion.root * flat, motion.fps)
+
+
+def test_there_is_none_for_what_was_read_wrongly():
+    """Exchanged sides, a path in another unit, a back that is left out: nothing of it shows in a frame."""
+    walk = gait(body(), 40)
+    short = replace(walk, root=walk.root * 0.01)
+    bent = np.array(walk.rotations)
+    spine = walk.character.joint_of["spine_2"]
+    bent[:, spine] = rotation.about(np.array([[1.0, 0.0, 0.0]] * 40), np.linspace(0.0, 0.5, 40))
+    roles = tuple(None if role == "spine_2" else role for role in walk.character.roles)
+    stiff = replace(walk.character, roles=roles).motion(bent, walk.root, 30.0)
+    for source, words in (
+        (mirrored(walk), "left and right arms and legs of left are exchanged"),
+        (short, "100 times too short"),
+        (stiff, "turns by up to 29 degrees and is left out"),
+    ):
+        judged = verdict(source, rb.retarget(source, body({"Tail": ("Hips", (0.0, 0.0, -0.2))}), "ik"))
+        assert [each for each in judged.doubts if words in each], words
+        assert judged.summary.endswith("all of it")
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.parametrize(
+    ("file", "words"),
+    [
+        ("07_mirrored_left_handed/18_mirror.bvh", "arms and legs of 18_mirror are exchanged"),
+        ("09_root_in_metres_bones_in_cm/19_root_m.bvh", "about 100 times too short"),
+        ("21_quadruped_front_back/*.fbx", "what each limb should do is a guess"),
+        ("01_spine_words_silent/bow_azure_kinect.bvh", ""),
+        ("06_vrm_humanoid_ignored/09_vrm1_oddnames.vrm", ""),
+        ("07_mirrored_left_handed/00_base.bvh", ""),
+    ],
+)
+def test_an_all_clear_of_the_cases_is_earned(real_data, file, words):
+    found = list((real_data / "cases").glob(file))
+    if not found:
+        pytest.skip("no cases")
+    if found[0].suffix == ".fbx":
+        pytest.importorskip("ufbx")
+    source = rb.load_motion(found[0])
+    judged = rb.verdict(source, rb.retarget(source, body()))
+    assert bool(words) == any(words in each for each in judged.doubts)
+    assert (judged.summary == "nothing to look at") == (not words)
 
 
 # ------------------------------------------------------------------------------------------- the rest

@@ -15,8 +15,8 @@ from retarget_bench.commands import echo
 from retarget_bench.commands.options import takes
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.options import Names, OfMethods, listed, option
+from retarget_bench.parallel import one_thread
 from retarget_bench.plugins import named
-from retarget_bench.python.plans import method_spec
 from retarget_bench.python.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -67,6 +67,8 @@ def command(options: Options) -> int:
     Compares metrics on frozen motions, and methods on a few cases, with golden rows. Exit status 0: same;
     1: a number changed, for better or worse; 2: something could not be measured.
     """
+    one_thread()  # others wait for each other in such small sums
+    from retarget_bench.python.plans import method_spec
     from retarget_bench.verification.gate import golden, report, run
 
     if options.accept and not options.accept.strip():

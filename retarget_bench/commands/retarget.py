@@ -53,7 +53,8 @@ def command(sources: tuple[MotionFile, ...], targets: tuple[MotionFile, ...], op
     something else than its motion. Loops stay loops.
 
     The verdict at the end lists frames to look at: knees and elbows that snap, feet in the floor or
-    sliding, joints beyond the source's speed, hands in the body.
+    sliding, joints beyond the source's speed, limbs that point elsewhere, hands in the body. It says what
+    is a guess, where all is to be looked at.
 
     How a file is read is found from it, and said in brackets where that is wrong, or in a file that bench
     doctor writes, of sources and targets alike; bench doctor --help lists what can be said.

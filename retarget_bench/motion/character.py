@@ -39,6 +39,7 @@ class Character:
     hinges:         axes in the reference pose that this rig's limbs bend about, by role, where its motion
                     shows others than bodies in general (``hinges.measured``).
     whole:          the body of which this one has some joints, by the same names; None: it is whole.
+    guessed:        roles that neither a file nor the names of joints say (``role_structure.py``).
 
     Raises SkeletonError when these do not fit the skeleton. Use ``Character.of`` to find them.
     """
@@ -52,6 +53,7 @@ class Character:
     skin: Callable[[], Mesh] | None = field(default=None, repr=False)
     whole: Character | None = field(default=None, repr=False)
     hinges: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False)
+    guessed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "reference_pose", frozen(self.reference_pose, np.float64))

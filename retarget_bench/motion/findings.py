@@ -43,6 +43,7 @@ class Findings:
     rest_pose: the kind of rest pose, in words.
     facing:    degrees from +Z towards +X of the body's front in the first frame; None without hips, legs.
     floor:     metres, how far the lowest foot is above the floor (y = 0) most of the time.
+    grounded:  whether it is on it in between, so that the rest may be steps, ledges and lower floors.
     zero_bones: joints that lie in the same place as their parent.
     still:     whether the whole motion is one pose.
     fps:       frames per second, as the user set them (``rate_explicit``), as the file says, or else as is
@@ -67,6 +68,7 @@ class Findings:
     fps: float
     frames: int
     floor: float
+    grounded: bool
     zero_bones: tuple[str, ...]
     still: bool
     level: bool = False
@@ -114,7 +116,7 @@ class Findings:
             )
         if not (self.up_explicit or self.up_prescribed) and self.up_sure < 0.5:
             out.append(f"the up axis is a guess ({self.up}): say up=y or up=z")
-        if self.frames > 1 and abs(self.floor) > 0.05 * max(self.height, 0.1):
+        if self.frames > 1 and not self.grounded and abs(self.floor) > 0.05 * max(self.height, 0.1):
             where = "above" if self.floor > 0 else "below"
             out.append(f"the feet are mostly {abs(self.floor):.2f} m {where} the floor (y = 0)")
         return tuple(out)

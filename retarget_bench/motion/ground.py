@@ -1,10 +1,14 @@
-"""The floor of a case, and its height under a place."""
+"""The floor of a case, its height under a place, and the floor that a motion shows."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from retarget_bench.errors import BenchError
+from retarget_bench.motion import contact
+
+_DEEP = 0.15
+"""Body heights that nobody is in the floor: one that is deeper stands on another."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,27 @@ def ground_height(ground: Ground, x: np.ndarray, z: np.ndarray) -> np.ndarray:
     near = heights[row, column] * (1 - right) + heights[row, next_column] * right
     far = heights[next_row, column] * (1 - right) + heights[next_row, next_column] * right
     return np.asarray(near * (1 - up) + far * up)
+
+
+def lower(level: float, soles: np.ndarray, height: float) -> np.ndarray:
+    """``(frames,)`` bool: where feet are so far below a level that they stand, or land, on another floor.
+
+    level: metres, of the floor that they stand on otherwise. soles: ``(frames,)`` metres, their lowest.
+    height: metres, of the body.
+    """
+    return np.asarray(soles < level - _DEEP * height)
+
+
+def shown(level: float, soles: np.ndarray, elsewhere: np.ndarray) -> np.ndarray:
+    """``(frames,)`` metres: the floor that feet show, at one level, and elsewhere as deep as they come.
+
+    So it is below a ledge on which somebody stands and from which he jumps, however briefly he lands.
+    level, soles: as of ``lower``. elsewhere: ``(frames,)`` bool, of the source, what that gives.
+    """
+    floor = np.full(len(soles), level)
+    for first, past in contact.runs(elsewhere).tolist():
+        floor[first:past] = soles[first:past].min()
+    return floor
 
 
 def _cell(at: np.ndarray, origin: float, spacing: float, samples: int) -> tuple[np.ndarray, np.ndarray]:

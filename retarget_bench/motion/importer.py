@@ -53,11 +53,14 @@ _OF_PEOPLE = 2.0
 _TALL = 1.6
 """Metres of role height that are typical of people."""
 
+_AT_FLOOR, _OFTEN = 0.03, 0.1
+"""Body heights from y = 0 within which feet are on it, and the share of the time from which they are there
+often enough for steps, ledges and lower floors to explain the rest."""
 _ON_ITS_SIDE = math.sin(math.radians(60.0))
 """How upright the line between the sides is of a body that lies on one of them."""
 _GUESSED = (
-    "names do not say what joints are: {} roles are a guess by the tree and the places of joints: look at "
-    "them (bench doctor --sheet) and correct what is wrong (bench doctor --save)"
+    "names do not say what joints are: {} roles are a guess by the tree and the places of joints ({}): "
+    "look at them (bench doctor --sheet) and correct what is wrong (bench doctor --save)"
 )
 
 
@@ -115,17 +118,20 @@ def understood(
     recording = with_rotations(stated if reading.rate is None else replace(stated, fps=reading.rate))
     if reading.mirror:
         recording = mirrored(recording)
-    named, roles = _roles(recording, reading.overrides)
+    named, roles, confidence = _roles(recording, reading.overrides)
     axis = up_axis.axis(recording, roles, reading.up)
     upright = up_axis.upright(recording, axis.up)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // SAMPLE]
+    guessed = tuple(role for role, said in zip(roles, named, strict=True) if role and role != said)
     body = Character.of(name or path.stem, upright.skeleton, roles=roles, sample=sample)
+    body = replace(body, guessed=guessed)
     size = _size(path, body, recording, reading)
     places = None if recording.places is None else recording.places * size.unit[1]
     settled = inner.settled(_scaled(body, upright, size.unit[1]), places, reading.inner_positions)
     motion, places = settled.motion, settled.places
-    if guessed := sum(role != name for role, name in zip(roles, named, strict=True)):
-        recording = replace(recording, doubts=(*recording.doubts, _GUESSED.format(guessed)))
+    if guessed:
+        doubt = _GUESSED.format(len(guessed), confidence)
+        recording = replace(recording, doubts=(*recording.doubts, doubt))
     findings = _findings(path, stated, recording, axis, size, settled, reading.rate is not None)
     sides = role_checks.doubt(motion, _changed(recording, reading.overrides), mirrored=reading.mirror)
     more = (*filter(None, [sides]), *plausibility.doubts(motion))
@@ -139,11 +145,12 @@ def understood(
 
 def _roles(
     recording: Recording, explicit: Mapping[str, str | None]
-) -> tuple[Sequence[str | None], Sequence[str | None]]:
-    """Roles as the user, the file and names have them, and with a guess of those that are missing."""
+) -> tuple[Sequence[str | None], Sequence[str | None], str]:
+    """Roles as the user, the file and names have them; with a guess of those that are missing; and how
+    clear that guess is."""
     stated = {name: role for name, role in recording.roles.items() if role not in explicit.values()}
     named = find_roles(recording.skeleton, {**stated, **explicit})
-    return named, role_structure.completed(recording.skeleton, named, _places(recording), explicit)
+    return named, *role_structure.completed(recording.skeleton, named, _places(recording), explicit)
 
 
 def _changed(recording: Recording, explicit: Mapping[str, str | None]) -> dict[str, str | None]:
@@ -174,6 +181,7 @@ def _findings(
     """All findings. stated: as the file has it; recording: at the true rate; rate_explicit: the
     user set it."""
     motion = settled.motion
+    lowest = _lowest(motion)
     joints, roles = motion.skeleton, motion.character.roles
     moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
     lengths = zip(joints.names[1:], joints.bone_lengths[1:], strict=True)
@@ -203,7 +211,8 @@ def _findings(
         fps_stated=stated.fps if stated.rate_stated else None,
         rate_explicit=rate_explicit,
         frames=motion.frames,
-        floor=_floor(motion),
+        floor=float(np.median(lowest)),
+        grounded=bool(np.mean(np.abs(lowest) < _AT_FLOOR * motion.character.height) > _OFTEN),
         zero_bones=tuple(joint for joint, length in lengths if length < 1e-9),
         still=not moves,
     )
@@ -327,8 +336,8 @@ def _facing(motion: Motion) -> float | None:
     return math.degrees(math.atan2(float(forward[0]), float(forward[2])))
 
 
-def _floor(motion: Motion) -> float:
-    """Metres: median over time of the lowest joint or tip of the feet above y = 0."""
+def _lowest(motion: Motion) -> np.ndarray:
+    """``(frames,)`` metres: the lowest joint or tip of the feet above y = 0, in a sample of frames."""
     skeleton = motion.skeleton
     ends = ("_foot", "_toe", "_toe_end")
     feet = [joint for role, joint in motion.character.joint_of.items() if role.endswith(ends)]
@@ -338,4 +347,4 @@ def _floor(motion: Motion) -> float:
     for site in (site for site in skeleton.end_sites if site.parent in feet):
         tip = rotation.rotate(sample.global_rotations[:, site.parent], np.array([site.offset]))
         lowest = np.minimum(lowest, sample.positions[:, site.parent, 1] + tip[:, 1])
-    return float(np.median(lowest))
+    return np.asarray(lowest)

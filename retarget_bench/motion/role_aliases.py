@@ -37,28 +37,31 @@ LIMB_STEMS: dict[str, tuple[str, ...]] = {
             "shoulder",
             "clavicle clav collar collarbone scapula schlüsselbein clavicule clavícula 锁骨 ключица",
         ),
-        ("shoulder arm", "shoulder shldr schulter épaule hombro 肩 плечо"),
-        ("arm forearm", "arm bras brazo рука"),
-        ("arm", "uparm upperarm armupper uarm humerus oberarm 腕 上腕 上臂 大臂"),
+        ("shoulder arm", "shoulder shldr schulter épaule hombro 肩 плечо spalla ombro schouder"),
+        ("arm forearm", "arm bras brazo рука braccio braço"),
+        ("arm", "uparm upperarm armupper uarm humerus oberarm 腕 上腕 上臂 大臂 bovenarm"),
         ("forearm", "forearm loarm lowarm lowerarm armlower farm elbow radius"),
         (
             "forearm",
-            "unterarm ellbogen avantbras coude antebrazo codo ひじ 肘 前腕 前臂 小臂 предплечье локоть",
+            "unterarm ellbogen avantbras coude antebrazo codo avambraccio gomito antebraço cotovelo",
         ),
-        ("hand", "wrist hand palm handgelenk main poignet mano muñeca 手首 手 手腕 手掌 кисть"),
+        ("forearm", "onderarm ひじ 肘 前腕 前臂 小臂 предплечье локоть"),
+        ("hand", "wrist hand palm handgelenk main poignet mano muñeca polso pulso mão"),
+        ("hand", "手首 手 手腕 手掌 кисть"),
         ("arm forearm hand", "wing wingbone"),
         ("up_leg", "upleg upperleg legupper thigh femur hip"),
-        ("up_leg", "oberschenkel hüfte cuisse hanche muslo cadera 大腿 もも 太もも бедро"),
-        ("leg up_leg", "leg bein jambe pierna нога"),
+        ("up_leg", "oberschenkel hüfte cuisse hanche muslo cadera coscia anca coxa bovenbeen"),
+        ("up_leg", "大腿 もも 太もも бедро"),
+        ("leg up_leg", "leg bein jambe pierna нога gamba perna"),
         ("up_leg leg foot", "足 脚"),
         ("leg", "loleg lowleg lowerleg leglower calf shin tibia knee"),
-        ("leg", "unterschenkel knie mollet genou pantorrilla rodilla ひざ 膝 すね 小腿 голень колено"),
-        ("foot", "ankle knöchel fußgelenk cheville tobillo 足首 脚踝 脚腕 лодыжка"),
-        ("foot toe", "foot fuß pied pie стопа"),
-        (
-            "toe",
-            "toe toes toebase ball bigtoe digit zeh zehe zehen orteil orteils punta つま先 脚趾 脚尖 носок",
-        ),
+        ("leg", "unterschenkel knie mollet genou pantorrilla rodilla ginocchio joelho onderbeen"),
+        ("leg", "ひざ 膝 すね 小腿 голень колено"),
+        ("foot", "ankle knöchel fußgelenk cheville tobillo caviglia tornozelo enkel"),
+        ("foot", "足首 脚踝 脚腕 лодыжка"),
+        ("foot toe", "foot fuß pied pie стопа piede pé voet"),
+        ("toe", "toe toes toebase ball bigtoe digit zeh zehe zehen orteil orteils punta dita dedos tenen"),
+        ("toe", "つま先 脚趾 脚尖 носок"),
         ("toe_end", "toeend toesend toebaseend toenub toetip"),
     )
     for stem in fold(stems).split()
@@ -92,9 +95,10 @@ SPINE_STEMS = _words(
 )
 TAIL_STEMS = _words("tail tailbase tailroot tailbone schwanz queue cola 尾 хвост")
 NECK_STEMS = _words(
-    "neck lowerneck upperneck neckupper necklower necktwist headnecklower hals cou cuello 首 颈 脖子 шея"
+    "neck lowerneck upperneck neckupper necklower necktwist headnecklower hals cou cuello collo pescoço nek"
+    " 首 颈 脖子 шея"
 )
-HEAD_STEMS = _words("head neckhead headneckupper kopf tête cabeza 頭 头 голова")
+HEAD_STEMS = _words("head neckhead headneckupper kopf tête cabeza testa cabeça hoofd 頭 头 голова")
 _TRUNK_STEMS = SPINE_STEMS | TAIL_STEMS | NECK_STEMS | HEAD_STEMS
 HEAD_TOP_STEMS = _words("headtop headtopend headend headnub topofhead")
 HIPS_STEMS = _words("hips hip pelvis root boneroot cog becken bassin caderas センター 腰 骨盆 таз")
@@ -143,8 +147,14 @@ _WORD = re.compile(
 _SIDES = {
     word: side
     for side, words in (
-        ("left", "left l lf lt lft links linke gauche izquierda izquierdo izq 左 лев левая"),
-        ("right", "right r rt rgt rechts rechte droite droit derecha derecho der 右 прав правая"),
+        (
+            "left",
+            "left l lf lt lft links linke gauche izquierda izquierdo izq esq sx sinistra 左 лев левая",
+        ),
+        (
+            "right",
+            "right r rt rgt rechts rechte droite droit derecha derecho der dir dx destra 右 прав правая",
+        ),
     )
     for word in fold(words).split()
 }
@@ -188,11 +198,12 @@ def _without_serial_numbers(cuts: list[list[str]]) -> list[list[str]]:
 
 
 def _letters_for_sides(cuts: list[list[str]]) -> dict[str, str]:
-    """French ``g`` and ``d``, Spanish ``i`` and ``d``, where names come in pairs that end with them."""
-    for left in ("g", "i"):
-        bases = [{tuple(cut[:-1]) for cut in cuts if cut[-1:] == [letter]} for letter in (left, "d")]
+    """French ``g`` and ``d``, Spanish ``i`` and ``d``, English ``le`` and ``ri``, where names come in pairs
+    that end with them."""
+    for left, right in (("g", "d"), ("i", "d"), ("le", "ri")):
+        bases = [{tuple(cut[:-1]) for cut in cuts if cut[-1:] == [letters]} for letters in (left, right)]
         if len(bases[0] & bases[1]) >= _PAIRS:
-            return {left: "left", "d": "right"}
+            return {left: "left", right: "right"}
     return {}
 
 
@@ -221,7 +232,7 @@ def _name(name: str, cut: Sequence[str], sides: Mapping[str, str]) -> Name:
         return Name("", "helper", words=("helper",))
     letters = [word for word in cut if not word.isdigit()]
     numbers = tuple(int(word) for word in cut if word.isdigit())
-    ends = [*letters[:1], *letters[-1:], *(word for word in letters if word in ("left", "right"))]
+    ends = [*letters[:1], *letters[-1:], *(word for word in letters if word in ("left", "right", "l", "r"))]
     side = ""
     if len(letters) > 1 and (word := next((each for each in ends if each in sides), None)):
         side = sides[word]
@@ -233,6 +244,12 @@ def _name(name: str, cut: Sequence[str], sides: Mapping[str, str]) -> Name:
     behind = plain[1:] if plain and plain[0] in LIMBS else plain
     stems = ["".join(each) for each in (plain, ahead, behind)]
     stem = next((each for each in stems if each in LIMB_STEMS), stems[0])
+    if (
+        plain
+        and not _of_the_body(stem)
+        and all(word in LIMB_STEMS or word in _TRUNK_STEMS for word in plain)
+    ):
+        stem = plain[-1]  # of ``head_M_neck`` and ``FootAnkle`` the nearer word
     return Name(side, stem, numbers, tuple(plain))
 
 

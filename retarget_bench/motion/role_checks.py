@@ -14,7 +14,7 @@ import numpy as np
 from retarget_bench.motion import role_aliases as aliases
 from retarget_bench.motion import rotation
 from retarget_bench.motion.body import UP
-from retarget_bench.motion.character import Motion
+from retarget_bench.motion.character import Motion, Prediction
 from retarget_bench.motion.role_aliases import NUMBERED_FINGERS
 from retarget_bench.motion.role_structure import to_the_left
 from retarget_bench.motion.roles import (
@@ -46,20 +46,25 @@ def doubt(motion: Motion, overrides: Mapping[str, str | None], *, mirrored: bool
     that are exchanged; else "". mirrored: whether the file was, as the user said."""
     overridden = set(overrides.values())
     problems = [words for roles, words in contradictions(motion) if overridden.intersection(roles)]
-    exchanged = [pair for pair, sine in _sines(motion) if sine < -_CLEAR]
+    limbs = exchanged(motion)
     handed = "right-handed" if mirrored else "left-handed"
     mirror = "leave out mirror=true" if mirrored else "say mirror=true"
     if problems:
         more = f"; and {len(problems) - _MOST} more" if len(problems) > _MOST else ""
-        more += f" (or is it {handed}? Then {mirror})" if len(exchanged) > 1 else ""
+        more += f" (or is it {handed}? Then {mirror})" if " and " in limbs else ""
         return f"roles look wrong: {'; '.join(problems[:_MOST])}{more}: correct the table of roles"
-    if not exchanged:
+    if not limbs:
         return ""
-    limbs = " and ".join("arms" if "arm" in pair[0] else "legs" for pair in exchanged)
     return (
         f"left and right {limbs} are exchanged, by how knees and feet bend: is the file {handed}? Then "
         f"{mirror}; else correct the roles (roles=FILE)"
     )
+
+
+def exchanged(motion: Prediction) -> str:
+    """``arms``, ``legs``, or both, where the left ones are clearly to the right; else ""."""
+    pairs = [pair for pair, sine in _sines(motion) if sine < -_CLEAR]
+    return " and ".join("arms" if "arm" in pair[0] else "legs" for pair in pairs)
 
 
 def contradictions(motion: Motion) -> list[Contradiction]:
@@ -174,7 +179,7 @@ def _sides(motion: Motion) -> Iterator[Contradiction]:
             yield pair, f"{pair[0]} and {pair[1]} are on the other side"
 
 
-def _sines(motion: Motion) -> Iterator[tuple[tuple[str, str], float]]:
+def _sines(motion: Prediction) -> Iterator[tuple[tuple[str, str], float]]:
     """Pairs of limbs, and how far their left one is to the left: about 1 where sides are right, -1 where
     they are exchanged, 0 where the body does not tell.
 
@@ -192,7 +197,7 @@ def _sines(motion: Motion) -> Iterator[tuple[tuple[str, str], float]]:
             yield pair, float((rotation.unit(apart) * left).sum(axis=1).mean())
 
 
-def _beside_the_trunk(motion: Motion) -> np.ndarray:
+def _beside_the_trunk(motion: Prediction) -> np.ndarray:
     """``(frames, 3)`` the left of a body whose trunk is level."""
     ends = ("head", "neck", *(f"{side}_{part}" for side in SIDES for part in ("shoulder", "arm")))
     front = motion.positions[:, motion.character.joints(ends)].mean(axis=1)
@@ -200,7 +205,7 @@ def _beside_the_trunk(motion: Motion) -> np.ndarray:
     return rotation.unit(np.cross(UP, front - hips))
 
 
-def _beside_the_legs(motion: Motion) -> np.ndarray:
+def _beside_the_legs(motion: Prediction) -> np.ndarray:
     """``(frames, 3)`` the left by how legs bend: see ``to_the_left``."""
     parts = ("up_leg", "leg", "foot", "toe")
     legs = (motion.character.joints([f"{side}_{part}" for part in parts]) for side in SIDES)

@@ -131,10 +131,11 @@ class _Search:
             missing = parts[parts.index(above) + 1 : parts.index(below)]
             out |= self._between(run[above], run[below], missing)
         joints = {**run, **out}
-        for bend, end in (("forearm", "hand"), ("leg", "foot")):
+        for bend, end in (("forearm", "hand"), ("leg", "foot"), ("foot", "toe")):
             ends = self.skeleton.children[joints[bend]] if bend in joints and end not in joints else ()
-            if len(ends) == 1 and self.bends(ends[0]):
-                out[end] = ends[0]
+            numbered = len(ends) == 1 and self.names[ends[0]].stem == self.names[joints[bend]].stem
+            if len(ends) == 1 and self.bends(ends[0]) and (numbered or bend != "foot"):
+                out[end] = joints[end] = ends[0]
         return out
 
     def _between(self, high: int, low: int, parts: Sequence[str]) -> dict[str, int]:

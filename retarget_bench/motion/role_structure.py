@@ -1,100 +1,215 @@
 """Roles of joints by the tree, the symmetry of sides, lengths and places alone, where names say nothing.
 
-The two largest pairs of like branches are the legs and the arms; the arms hang farther from the root, and
-a line without a twin leads on from there to the head. A limb's bend is where its two longest bones that
-follow each other meet. Knees bend backwards and feet point forwards: that tells left from right.
+Two pairs of like branches are the legs and the arms (``role_limbs.py``). The arms hang farther from the
+root, and a line in the middle leads on from there to the head. Left and right are told by how a body folds:
+hips and elbows forwards, knees backwards, feet forwards.
 """
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
-from itertools import combinations, pairwise
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise, permutations
 
 import numpy as np
 
 from retarget_bench.motion import rotation
-from retarget_bench.motion.role_aliases import LIMBS
+from retarget_bench.motion.role_aliases import LIMBS, read
+from retarget_bench.motion.role_limbs import Limb, Line, Tree
 from retarget_bench.motion.roles import ESSENTIAL, SIDES, Roles, ancestors, common_ancestor
 from retarget_bench.motion.skeleton import Skeleton
 
-_ALIKE = 0.2
-"""Share by which the bones of a pair of limbs may differ in length."""
-_EVEN = 0.45
-"""Least ratio of the two bones of an arm or a leg."""
-_FINGERS, _COLLAR, _LAST = 0.6, 0.3, 0.3
-"""What a hand that branches, a collar bone and a hand at the end count, against a length."""
+_CANDIDATES = 8
+"""Pairs of limbs that are compared with each other."""
+_LEAST = 3
+"""Joints of a limb."""
+_FARTHER = 1.2
+"""Factor for arms that hang farther from the root than the legs."""
 _SHORT = 0.05
 """Share of the longest bone of neck and head below which another is none."""
-_CLEAR = 0.1
-"""Sine beyond which the left is on one side."""
 _TOP_OF_HEAD = (1.2, 0.4)
-"""A last bone so much longer than the neck, and than a forearm, is that from a head to its top."""
+"""A last bone so much longer than the one before it, and than a forearm, is that from a head to its top."""
+_TAIL = 2
+"""Least joints of a tail."""
+_FOLDED = -0.8
+"""Cosine of trunk and thigh to which hips fold; beyond it, all bones lie along one axis."""
+_CLEAR, _LIKELY = 0.2, 0.2
+"""Mean sine beyond which it is clear where the left is, and margin beyond which limbs are clear."""
 
-_MOST = 50
-"""Branches from one joint, and pairs of them, that are compared."""
 
-Branch = list[int]
-"""Joints below each other, along the longest way."""
+@dataclass(frozen=True)
+class Guess:
+    """Role -> joint, of the main joints of a body, and how clear these are.
+
+    limbs: share by which the arms and legs are better than the next best.
+    sides: the mean sine of the folds that tell left from right: over 1 where feet point forwards, 0 where
+        nothing tells it. Then the left is taken to be where most files have it.
+    """
+
+    joint_of: dict[str, int]
+    limbs: float
+    sides: float
+
+    @property
+    def confidence(self) -> str:
+        """How clear it is, in words."""
+        limbs = sides = "likely" if self.limbs > _LIKELY else "doubtful"
+        if self.sides <= _CLEAR:
+            sides = "not told by how it stands, perhaps exchanged"
+        return f"arms and legs: {limbs}; left and right: {sides}"
+
+    @property
+    def exchanged(self) -> dict[str, int]:
+        """The same joints with left and right exchanged."""
+        other = dict(zip(SIDES, SIDES[::-1], strict=True))
+        parts = ((role.partition("_"), joint) for role, joint in self.joint_of.items())
+        return {other.get(side, side) + line + part: joint for (side, line, part), joint in parts}
 
 
 def completed(
     skeleton: Skeleton, roles: Sequence[str | None], places: np.ndarray, explicit: Container[str] = ()
-) -> Roles:
-    """Roles with a guess of those that are missing, where essential ones are and nothing contradicts it.
+) -> tuple[Roles, str]:
+    """Roles with a guess of those that are missing, where essential ones are and nothing contradicts it;
+    and how clear that is, "" where none were guessed.
 
     places: ``(frames, joints, 3)`` of any poses. explicit: names of joints that keep what they have.
     """
     joint_of = {role: joint for joint, role in enumerate(roles) if role is not None}
-    guessed = {} if joint_of.keys() >= set(ESSENTIAL) else guess(skeleton, places)
-    if any(joint_of.get(role, joint) != joint for role, joint in guessed.items() if role in ESSENTIAL):
-        return tuple(roles)
-    out = list(roles)
-    for role, joint in guessed.items():
-        if role not in joint_of and out[joint] is None and skeleton.names[joint] not in explicit:
-            out[joint] = role
-    return tuple(out)
+    found = None if joint_of.keys() >= set(ESSENTIAL) else guess(skeleton, places)
+    if found is None:
+        return tuple(roles), ""
+    if side := _side_by_names(skeleton, found.joint_of):
+        found = replace(found, joint_of=found.joint_of if side > 0 else found.exchanged, sides=1.0)
+    for guessed in (found.joint_of, found.exchanged):
+        free = {
+            joint: role
+            for role, joint in guessed.items()
+            if role not in joint_of and roles[joint] is None and skeleton.names[joint] not in explicit
+        }
+        known = (role for role in guessed.keys() & joint_of.keys() if role in ESSENTIAL)
+        if free and all(joint_of[role] == guessed[role] for role in known):
+            return tuple(free.get(joint, role) for joint, role in enumerate(roles)), found.confidence
+    return tuple(roles), ""
 
 
-def guess(skeleton: Skeleton, places: np.ndarray) -> dict[str, int]:
-    """Role -> joint, of the main joints of a body; empty where these are not clear.
+def _side_by_names(skeleton: Skeleton, joint_of: Mapping[str, int]) -> int:
+    """1 where the sides that most names state are those of the roles, -1 where they are the other ones; 0
+    where most names state none."""
+    names = read(skeleton.names)
+    sides = [(role.partition("_")[0], names[joint].side) for role, joint in joint_of.items()]
+    votes = [(side == named) - (side != named) for side, named in sides if named and side in SIDES]
+    most = sum(side in SIDES for side, _ in sides) / 2
+    return int(np.sign(sum(votes))) if abs(sum(votes)) > most else 0
+
+
+def guess(skeleton: Skeleton, places: np.ndarray) -> Guess | None:
+    """The main joints of a body; None of a tree that has no arms, legs and head.
 
     places: ``(frames, joints, 3)`` of any poses, which show where the left is.
     """
-    pairs = _legs_and_arms(skeleton)
-    if pairs is None:
-        return {}
-    legs, arms = pairs
-    carrier = int(skeleton.parents[arms[0][0]])
-    hips = common_ancestor(skeleton, [carrier, int(skeleton.parents[legs[0][0]])])
-    knee, elbow = _bend(skeleton, legs[0], arm=False), _bend(skeleton, arms[0], arm=True)
-    if hips is None or hips == carrier or not knee or not elbow:
-        return {}
-    forearm = float(skeleton.bone_lengths[arms[0][elbow + 1]])
-    head = _head(skeleton, carrier, {arm[0] for arm in arms}, forearm)
-    side = _first_side([places[:, [leg[j] for leg in legs]] for j in range(knee - 1, len(legs[0]))])
-    apart = [
-        places[:, pair[0][j - 1]] - places[:, pair[1][j - 1]] for pair, j in ((legs, knee), (arms, elbow))
-    ]
-    like = 1 if float((apart[0] * apart[1]).sum(axis=1).mean()) > 0 else -1
-    if side == 0 or not head:
-        return {}
-    line = ancestors(skeleton, carrier, itself=True)
+    tree = Tree(skeleton, places)
+    found = _legs_and_arms(tree)
+    if found is None:
+        return None
+    legs, arms, head = found
+    carrier = tree.parent(arms.lines)
+    hips = common_ancestor(skeleton, [carrier, tree.parent(legs.lines)])
+    assert hips is not None  # the root is above all
+    spine = ancestors(skeleton, carrier, itself=True)
     roles = {"hips": hips, "head": head[-1]}
-    roles |= _numbered("spine", line[: line.index(hips)][::-1])
-    roles |= _numbered("neck", head[:-1])
-    for word, leg, arm in zip(SIDES, legs[::side], arms[:: side * like], strict=True):
-        limbs = (LIMBS["leg"], leg[knee - 1 :]), (LIMBS["arm"][1:], arm[elbow - 1 : elbow + 2])
-        for parts, joints in (*limbs, (LIMBS["arm"], arm[max(elbow - 2, 0) : elbow - 1])):
-            roles |= {f"{word}_{part}": joint for part, joint in zip(parts, joints, strict=False)}
-    return roles
+    roles |= _numbered("spine", spine[: spine.index(hips)][::-1]) | _numbered("neck", head[:-1])
+    first, clear = _left(tree, legs, arms, hips)
+    for limb, parts in ((legs, LIMBS["leg"]), (arms, LIMBS["arm"][1:])):
+        for side, line in zip(SIDES, limb.lines[:: first[limb is arms]], strict=True):
+            ends = line[limb.end :] if limb is legs else line[limb.end : limb.end + 1]
+            joints = [line[limb.start], line[limb.bend], *ends]
+            roles |= {f"{side}_{part}": joint for part, joint in zip(parts, joints, strict=False)}
+            if limb is arms and limb.start > 0:
+                roles[f"{side}_shoulder"] = line[tree.collar(limb) or 0]
+    roles |= _numbered("tail", _tail(tree, legs, hips, set(roles.values())))
+    return Guess(roles, min(legs.margin, arms.margin), clear)
 
 
-def _numbered(stem: str, joints: Branch) -> dict[str, int]:
+def _numbered(stem: str, joints: Line) -> dict[str, int]:
     if stem == "neck" and len(joints) == 1:
         return {"neck": joints[0]}
     return {f"{stem}_{number}": joint for number, joint in enumerate(joints, 1)}
 
 
+# --------------------------------------------------------------------------------------------- the tree
+def _legs_and_arms(tree: Tree) -> tuple[Limb, Limb, Line] | None:
+    """The best legs and arms, neither of which hang from the other, and the line of neck and head."""
+    best: tuple[float, Limb, Limb, Line] | None = None
+    pairs = [pair for pair in tree.pairs if len(pair[0]) >= _LEAST]
+    pairs.sort(key=lambda pair: -tree.way(pair[0][0]))
+    fits = [(tree.limb(pair, "leg"), tree.limb(pair, "arm")) for pair in pairs[:_CANDIDATES]]
+    for (legs, _), (_, arms) in permutations(fits, 2):
+        if legs is None or arms is None:
+            continue
+        carriers = tree.parent(legs.lines), tree.parent(arms.lines)
+        if {*legs.joints, *arms.joints}.intersection(carriers):
+            continue
+        head = _head(tree, arms)
+        hips = common_ancestor(tree.skeleton, carriers)
+        if not head or hips is None or not _above(tree, legs, arms, head[0]):
+            continue
+        depths = [len(ancestors(tree.skeleton, joint)) for joint in carriers]
+        score = (legs.score + arms.score) * (_FARTHER if depths[1] > depths[0] else 1.0)
+        if best is None or score > best[0]:
+            best = score, legs, arms, head
+    return best and best[1:]
+
+
+def _above(tree: Tree, legs: Limb, arms: Limb, head: int) -> bool:
+    """Whether arms hang from above the hips; of limbs that all hang from one joint, whether they are nearer
+    to where the neck begins."""
+    carriers = [tree.parent(limb.lines) for limb in (legs, arms)]
+    if carriers[0] != carriers[1]:
+        return common_ancestor(tree.skeleton, carriers) != carriers[1]
+    starts = [tree.places[:, limb.lines[0][0]] - tree.places[:, head] for limb in (legs, arms)]
+    far_legs, far_arms = (np.linalg.norm(start, axis=1).mean() for start in starts)
+    return bool(far_arms < far_legs)
+
+
+def _head(tree: Tree, arms: Limb) -> Line:
+    """The line of neck and head: from the joint in the middle between the arms to where it branches."""
+    skeleton = tree.skeleton
+    beside = skeleton.children[tree.parent(arms.lines)]
+    below = [child for child in beside if tree.in_the_middle(child, arms)]
+    if not below:
+        return []
+    line = tree.single(max(below, key=tree.way))
+    least = _SHORT * skeleton.bone_lengths[line].max()
+    line = line[:1] + [joint for joint in line[1:] if skeleton.bone_lengths[joint] > least]
+    return line[:-1] if _ends_in_a_tip(tree, line, arms) else line
+
+
+def _ends_in_a_tip(tree: Tree, line: Line, arms: Limb) -> bool:
+    """Whether the last joint of neck and head is the top of the head."""
+    skeleton = tree.skeleton
+    if len(line) < 3 or skeleton.children[line[-1]]:
+        return False
+    tips = {site.parent: np.linalg.norm(site.offset) for site in skeleton.end_sites}
+    if tips.get(line[-1]) == 0 and any(length > 0 for length in tips.values()):
+        return True
+    before, last = skeleton.bone_lengths[line[-2:]]
+    forearm = skeleton.bone_lengths[arms.lines[0][arms.bend + 1 : arms.end + 1]].sum()
+    return bool(last > max(_TOP_OF_HEAD[0] * before, _TOP_OF_HEAD[1] * forearm))
+
+
+def _tail(tree: Tree, legs: Limb, hips: int, known: Container[int]) -> Line:
+    """The one line in the middle, besides the spine, that hangs from the hips or what carries them."""
+    lines = []
+    for above in ancestors(tree.skeleton, hips, itself=True):
+        for start in tree.skeleton.children[above]:
+            line = tree.single(start)
+            ends = not tree.skeleton.children[line[-1]] and not any(joint in known for joint in line)
+            if ends and len(line) >= _TAIL and tree.in_the_middle(start, legs):
+                lines.append(line)
+    return lines[0] if len(lines) == 1 else []
+
+
+# -------------------------------------------------------------------------------------------- the sides
 def to_the_left(legs: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
     """``(frames, 3)`` where the left is, of bodies on two legs and on four, whichever leg is which.
 
@@ -113,105 +228,34 @@ def to_the_left(legs: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
     return np.sum(bends, axis=0) / 2 if bends else np.zeros(3)
 
 
-def _first_side(pair: Sequence[np.ndarray]) -> int:
-    """1 where the first leg is the left one, -1 where it is the right one, 0 where that is not clear.
+def _left(tree: Tree, legs: Limb, arms: Limb, hips: int) -> tuple[tuple[int, int], float]:
+    """For legs and arms 1 where the first line of the pair is the left one, else -1; and how clear that is
+    (see ``Guess``).
 
-    pair: ``(frames, 2, 3)`` places of hips, knees, ankles and toes.
+    Hips and elbows fold forwards, besides what ``to_the_left`` says of knees and feet. Where that is not
+    clear, the left is taken to be along the positive axis, as X is in files that face +Z with Y up, or -Y
+    with Z up.
     """
-    left = to_the_left([[joint[:, number] for joint in pair] for number in (0, 1)])
-    sine = float((rotation.unit(pair[0][:, 0] - pair[0][:, 1]) * left).sum(axis=1).mean())
-    return 0 if abs(sine) < _CLEAR else int(np.sign(sine))
-
-
-# -------------------------------------------------------------------------------------------- the tree
-def _legs_and_arms(skeleton: Skeleton) -> tuple[tuple[Branch, Branch], tuple[Branch, Branch]] | None:
-    """The two largest pairs of like branches of which neither hangs from the other; None without two."""
-    pairs = sorted(_pairs(skeleton, 3), key=lambda pair: -_length(skeleton, pair[0]))[:_MOST]
-    for first, second in combinations(pairs, 2):
-        parents = [int(skeleton.parents[pair[0][0]]) for pair in (first, second)]
-        inside = {joint for pair in (first, second) for branch in pair for joint in branch}
-        if parents[0] == parents[1] or inside.intersection(parents):
-            continue
-        depth = [len(ancestors(skeleton, joint)) for joint in parents]
-        return (first, second) if depth[0] < depth[1] else (second, first)
-    return None
-
-
-def _pairs(skeleton: Skeleton, joints: int) -> list[tuple[Branch, Branch]]:
-    """Branches of so many joints or more, from one joint, with bones of the same lengths."""
-    out = []
-    longest = _longest(skeleton)
-    for below in skeleton.children:
-        branches = [_branch(longest, child) for child in below[:_MOST]]
-        for pair in combinations(branches, 2):
-            if len(pair[0]) == len(pair[1]) >= joints:
-                lengths = skeleton.bone_lengths[list(pair[0])], skeleton.bone_lengths[list(pair[1])]
-                if np.allclose(*lengths, rtol=_ALIKE, atol=_ALIKE * max(map(np.max, lengths)) / 5):
-                    out.append(pair)
-    return out
-
-
-def _longest(skeleton: Skeleton) -> list[int]:
-    """Of every joint the child on the longest way down from it, -1 without one."""
-    reach = np.zeros(len(skeleton))
-    child = [-1] * len(skeleton)
-    for joint in range(len(skeleton) - 1, 0, -1):
-        parent, way = int(skeleton.parents[joint]), reach[joint] + skeleton.bone_lengths[joint]
-        if way > reach[parent] or child[parent] < 0:
-            reach[parent], child[parent] = way, joint
-    return child
-
-
-def _branch(longest: Sequence[int], joint: int) -> Branch:
-    """A joint and those below it on the longest way."""
-    branch = [joint]
-    while longest[branch[-1]] >= 0:
-        branch.append(longest[branch[-1]])
-    return branch
-
-
-def _length(skeleton: Skeleton, branch: Branch) -> float:
-    return float(skeleton.bone_lengths[branch].sum())
-
-
-def _bend(skeleton: Skeleton, branch: Branch, arm: bool) -> int | None:
-    """Where in a limb its two long bones meet; None where there are no two.
-
-    The bones are long and about as long; of an arm, more often than not a collar bone comes before them,
-    and a hand after them, which fingers hang from.
-    """
-    lengths = skeleton.bone_lengths[branch]
-    even = np.array([min(upper, lower) for upper, lower in pairwise(lengths[1:])])
-    if not len(even) or even.max() == 0:
-        return None
-    score = even / even.max()
-    if arm:
-        score += _FINGERS * np.array([len(skeleton.children[joint]) > 1 for joint in branch[2:]])
-        score[1:2] += _COLLAR
-        score[-1] += _LAST
-    bend = int(np.argmax(score)) + 1
-    upper, lower = lengths[bend], lengths[bend + 1]
-    return bend if min(upper, lower) > _EVEN * max(upper, lower) else None
-
-
-def _head(skeleton: Skeleton, carrier: int, arms: set[int], forearm: float) -> Branch:
-    """The line of neck and head from the arms' carrier on: joints without a twin.
-
-    arms: the joints that these begin with. forearm: its length.
-    """
-    pairs = _pairs(skeleton, 1)
-    twins = arms.union(branch[0] for pair in pairs for branch in pair)
-    longest = _longest(skeleton)
-    line, joint = [carrier], carrier
-    while True:
-        below = [child for child in skeleton.children[joint] if child not in twins]
-        split = len(below) > 1 or len(below) < len(skeleton.children[joint])
-        if not below or (joint != carrier and split):
-            break
-        joint = max(below, key=lambda child: _length(skeleton, _branch(longest, child)))
-        line.append(joint)
-    lengths = skeleton.bone_lengths[line[1:]]
-    line = [each for each, length in zip(line[1:], lengths, strict=True) if length > _SHORT * lengths.max()]
-    inner, last = skeleton.bone_lengths[line[1:-1]].sum(), skeleton.bone_lengths[line[-1:]].sum()
-    topped = len(line) > 2 and last > max(_TOP_OF_HEAD[0] * inner, _TOP_OF_HEAD[1] * forearm)
-    return line[:-1] if topped else line
+    places = tree.places
+    feet = ([line[legs.start], line[legs.bend], *line[legs.end : legs.end + 2]] for line in legs.lines)
+    left = to_the_left([[places[:, joint] for joint in leg] for leg in feet])
+    chest = tree.parent(arms.lines)
+    above = places[:, [line[arms.start] for line in arms.lines] if chest == hips else [chest]].mean(axis=1)
+    trunk = rotation.unit(places[:, hips] - above)
+    for leg, arm in zip(legs.lines, arms.lines, strict=True):
+        bones = (
+            (leg[legs.start], leg[legs.bend]),
+            *pairwise(arm[j] for j in (arms.start, arms.bend, arms.end)),
+        )
+        thigh, upper, lower = (rotation.unit(places[:, low] - places[:, high]) for high, low in bones)
+        folded = (trunk * thigh).sum(axis=1, keepdims=True) > _FOLDED
+        left = left - folded * np.cross(trunk, thigh) - np.cross(upper, lower) / 2
+    apart = [
+        places[:, limb.lines[0][limb.start]] - places[:, limb.lines[1][limb.start]] for limb in (legs, arms)
+    ]
+    across = rotation.unit(apart[0])
+    sine = float((across * left).sum(axis=1).mean())
+    usual = across.mean(axis=0)
+    first = 1 if (sine if abs(sine) > _CLEAR else usual[np.abs(usual).argmax()]) > 0 else -1
+    same = float((apart[0] * apart[1]).sum(axis=1).mean()) > 0
+    return (first, first if same else -first), abs(sine)

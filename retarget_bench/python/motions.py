@@ -360,7 +360,8 @@ def verdict(
     """Frames of a retargeted motion to look at and why, told from its source; ``print`` shows them.
 
     source, result: motions, or files, with as many frames at one rate. The Verdict has ``defects``, worst
-    first, each with ``first``, ``last`` and ``worst`` frame, counted from 0, and a ``reason``;
+    first, each with ``first``, ``last`` and ``worst`` frame, counted from 0, and a ``reason``; and
+    ``doubts``, sentences on what is a guess or was read wrongly, where all is to be looked at.
     ``as_dict()`` is what ``bench retarget --report`` writes. Hands in the body are looked for where the
     result's character has a mesh. Raises BenchError where frames or rates differ.
     """

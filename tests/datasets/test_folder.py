@@ -241,7 +241,7 @@ def test_files_without_a_rate_are_read_at_the_one_that_is_said(loose):
     path = loose / "walk.bvh"
     head, numbers = path.read_text().split("Frame Time: ")
     path.write_text(f"{head}Frame Time: 0\n{numbers.partition(chr(10))[2]}")
-    assert "walk.bvh ('Frame Time:' says 0" in Folder(str(loose)).unreadable.sentence
+    assert "walk.bvh ('Frame Time:' says no time" in Folder(str(loose)).unreadable.sentence
     data = Folder(str(loose), rate=30.0)
     assert data.unreadable is None
     (info,) = (each for each in data.cases("retarget", "self") if each.clip == "walk")

@@ -128,3 +128,26 @@ def squat(character: Character, frames: int = 37) -> Motion:
     plain = character.motion(local, np.zeros((frames, 3)), 30.0)
     feet = plain.positions[:, character.joints(["left_foot", "right_foot"])].mean(axis=1)
     return character.motion(local, np.array([0.0, 0.06, 0.0]) - feet, 30.0)
+
+
+def jump(character: Character, high: float, low: float, *, before: int = 20, after: int = 30) -> Motion:
+    """Bent knees on a floor at ``high`` metres for so many frames, a jump down to ``low``, and bent knees
+    there; feet stand at one place before and after."""
+    air = round(30 * np.sqrt(2 * (high - low) / 9.81)) + 4
+    way = np.linspace(0.0, 1.0, air + 1)[1:-1]
+    falling = high + (low - high) * way**2 + 0.4 * way * (1.0 - way)
+    sole = np.concatenate([np.full(before, high), falling, np.full(after, low)])
+    along = np.concatenate([np.zeros(before), 0.8 * way, np.full(after, 0.8)])
+    bend = 0.1 + 0.6 * np.concatenate(
+        [np.sin(np.linspace(0.0, np.pi, n)) ** 2 for n in (before, air - 1, after)]
+    )
+    vectors = np.zeros((len(bend), len(character.skeleton), 3))
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        for role, size in (("up_leg", -1.0), ("leg", 2.0), ("foot", -1.0)):
+            vectors[:, character.joint_of[f"{side}_{role}"], 0] = size * bend
+        vectors[:, character.joint_of[f"{side}_arm"], 2] = -sign * 1.2
+    local = rotation.multiply(character.reference_pose[None], rotation.from_rotation_vector(vectors))
+    plain = character.motion(local, np.zeros((len(bend), 3)), 30.0)
+    ankles = character.joints(["left_foot", "right_foot"])
+    goal = np.stack([0 * sole, sole + character.standing_places[ankles[0], 1], along], axis=1)
+    return character.motion(local, goal - plain.positions[:, ankles].mean(axis=1), 30.0)

@@ -155,6 +155,8 @@ class Made:
     fps: float = 30.0
     constant: bool = False
     mode: int | None = None
+    characters: list[dict[str, int]] = field(default_factory=list)
+    """Of HumanIK: link -> joint."""
 
     def nodes(self, version: int = 7400) -> list[Node]:
         objects, links = self._objects()
@@ -203,6 +205,10 @@ class Made:
             self._skin(number, skin, objects, links)
         for number, name in enumerate(self.takes):
             self._take(number, name, objects, links)
+        for number, linked in enumerate(self.characters, 40_000):
+            own = [Id(number), f"Constraint::Character{number}", "Character"]
+            objects.append(Node("Constraint", own, [Node("Type", ["Character"]), Node("Version", [100])]))
+            links += [Node("C", ["OP", Id(1000 + j), Id(number), f"{n}Link"]) for n, j in linked.items()]
         return objects, links
 
     def _skin(self, number: int, skin: Skin, objects: list[Node], links: list[Node]) -> None:

@@ -166,9 +166,10 @@ def test_dress_of_numbers_with_two_meanings_is_named(
     assert error.line == line
 
 
-def test_a_file_without_a_rate_is_read_at_the_one_that_is_said(tmp_path: Path) -> None:
-    still = _save(tmp_path / "still.bvh", GOOD.replace(b"0.033333", b"0.0"))
-    with pytest.raises(FileError, match=r"says 0: .* \(rate=30\)"):
+@pytest.mark.parametrize("said", [b"0.0", b"", b"nan", b"-nan(ind)", b"inf", b"1.#INF", b"-1.#IND00"])
+def test_a_file_without_a_rate_is_read_at_the_one_that_is_said(tmp_path: Path, said: bytes) -> None:
+    still = _save(tmp_path / "still.bvh", GOOD.replace(b"0.033333", said))
+    with pytest.raises(FileError, match=r"says no time: .* \(rate=30\)"):
         bvh.read(still)
     imported = load(still, Reading(rate=50.0))
     assert imported.motion.fps == 50.0

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 from alignment_rigs import BONES, performance, t_pose
+from editing_bodies import body, jump
 
 from retarget_bench.commands import doctor
 from retarget_bench.errors import NotSupported
@@ -51,6 +52,15 @@ def test_feet_off_the_floor_are_reported(file):
     findings = load(file).findings
     assert 0.22 < findings.floor < 0.35
     assert any("above the floor" in warning for warning in findings.warnings)
+
+
+@pytest.mark.parametrize(("high", "low"), [(1.1, 0.0), (0.0, -1.1), (0.8, 0.8), (2.0, 0.9)])
+def test_feet_on_another_floor_than_y_0_are_reported_where_they_never_are_on_this(tmp_path, high, low):
+    """A jump from a ledge, on which somebody stands for longer than on the floor, or for less long."""
+    for before, after in ((60, 20), (20, 60)):
+        bvh.write(tmp_path / "jump.bvh", jump(body(), high, low, before=before, after=after), scale=100.0)
+        warned = [each for each in load(tmp_path / "jump.bvh").findings.warnings if "the feet are" in each]
+        assert len(warned) == (0.0 not in (high, low))
 
 
 def test_the_saved_reading_is_the_way_out(file, tmp_path):

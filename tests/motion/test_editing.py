@@ -7,6 +7,7 @@ from editing_bodies import body, fingers, gait, hen, twists
 from fit_bodies import puppets, random_tree, wiggle
 from hypothesis import given
 from hypothesis import strategies as st
+from tubes import fleshed
 
 from retarget_bench.motion.character import Character, Motion, Prediction
 from retarget_bench.motion.editing import edits, legs
@@ -31,6 +32,7 @@ def part(seed: int) -> Character:
 
 BODIES = [
     FULL,
+    fleshed(0.1),
     hen(wings=True),
     hen(wings=False),
     *puppets().values(),
@@ -54,6 +56,7 @@ def still(source: Prediction, target: Character) -> Motion:
         start=st.sampled_from(["keep", "cut", "ease"]),
         root_motion=st.sampled_from(["keep", "in-place", "x", "-z"]),
         hands=st.sampled_from(["relaxed", "open"]),
+        arms=st.sampled_from(["clear", "keep"]),
     ),
     seed=st.integers(0, 99),
 )

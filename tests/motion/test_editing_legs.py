@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from editing_bodies import body, fingers, gait, hen
+from editing_bodies import body, fingers, gait, hen, jump
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -143,7 +143,7 @@ def test_the_floor_is_what_keeps_the_head_up():
     source = source_body.motion(source.rotations, source.root, 30.0)
     copied = plain.retarget(source, target_body, context=Context())
     assert lowest(DOG.motion(copied.rotations, copied.root, 30.0), "head") < -0.05
-    raised = floor.above(DOG.motion(copied.rotations, copied.root, 30.0))
+    raised = floor.above(DOG.motion(copied.rotations, copied.root, 30.0), source)
     assert lowest(raised, "head") > -2e-3
     own, others = raised.positions, DOG.motion(copied.rotations, copied.root, 30.0).positions
     hind = DOG.joints(["hips", "left_up_leg", "left_leg", "left_foot", "right_foot"])
@@ -154,7 +154,7 @@ def test_the_floor_is_what_keeps_the_head_up():
 
 def test_what_is_above_the_floor_stays_as_it_is():
     motion = gait(PERSON)
-    assert floor.above(motion) is motion
+    assert floor.above(motion, motion) is motion
 
 
 LONG = body({"Neck": ("Spine1", (0.0, 0.45, 0.0)), "Head": ("Neck", (0.0, 0.35, 0.0))})
@@ -207,6 +207,15 @@ def test_what_is_as_deep_as_in_its_source_stays_as_it_is():
     assert floor.no_deeper(source, source) is source
     deep = bowed(PERSON, 3.0)
     assert floor.no_deeper(deep, deep) is deep
+
+
+def test_who_jumps_onto_a_lower_floor_is_not_raised_to_that_at_the_origin():
+    """Nor are heads and hands of another stance, however far below y = 0 their feet are."""
+    high, deep = (jump(PERSON, level, level - 1.1, before=60, after=3) for level in (0.0, -3.0))
+    for source in (high, deep):
+        assert floor.no_deeper(source, source) is source
+        assert not motions.answer(source, LONG, motions.RetargetOptions("ik")).notes
+        assert floor.above(source, source) is source
 
 
 @given(source_lift=st.floats(-2.0, 2.0), target_lift=st.floats(-2.0, 2.0))

@@ -65,6 +65,8 @@ def test_dialects_hold_the_same_motion(tmp_path, random):
         {"poses": matrices, "trans": trans, "fps": np.array([120.0])},
         {"poses": matrices.reshape(len(poses), -1), "transl": trans, "mocap_frame_rate": rate},
         {"global_orient": matrices[:, :1], "body_pose": matrices[:, 1:], "transl": trans, "fps": rate},
+        {"pose": poses, "trans": trans, "frame_rate": rate},
+        {"fullpose": poses, "trans": trans, "framerate": rate},
     )
     expected, *others = (
         files.read(archive(tmp_path / f"{number}.npz", content | dialect))

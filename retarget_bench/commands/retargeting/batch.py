@@ -173,11 +173,17 @@ def _summarise(jobs: Sequence[Job], answers: Sequence[Answer]) -> None:
         echo(f"look at {out}: {count(number, 'place')}")
     if len(places) > SHOWN:
         echo(f"look at {len(places) - SHOWN} more, none of them with more places")
-    total = count(sum(number for number, _ in places), "place") if places else "nothing"
-    where = f" in {len(places)} of {len(answers)} results" if places else ""
+    doubtful = sum(bool(each.verdict and each.verdict.get("doubts")) for each in answers)
+    where = [
+        f"{count(sum(number for number, _ in places), 'place')} to look at in {len(places)}"
+        if places
+        else "",
+        f"all to look at in {doubtful}" if doubtful else "",
+    ]
+    found = f"{', '.join(filter(None, where))} of {len(answers)} results"
     echo(
         f"{counts['done']} retargeted, {counts['current']} up to date, {counts['failed']} failed; "
-        f"{total} to look at{where}"
+        f"{found if any(where) else 'nothing to look at'}"
     )
 
 

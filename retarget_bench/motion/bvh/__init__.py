@@ -86,14 +86,17 @@ def read(
     fold: make the hips the root where the file's root only carries them.
     inner: where joints below the root move against their parents, give their ``places``. Without it such a
         file is refused; position channels that are constant do no harm.
-    rate: frames per second of a file that states none (``Frame Time: 0``), which is else refused.
+    rate: frames per second of a file that states none (``Frame Time: 0``, or no number), which is else
+        refused.
 
     A joint name that occurs twice gets a number. Clips of one body may share their ``Skeleton``.
     Raises FileError for what cannot be read.
     """
     path, document = Path(path), parse(path)
     if not document.frame_time and rate is None:
-        raise FileError(path, "'Frame Time:' says 0: say how many frames there are a second (rate=30)")
+        raise FileError(
+            path, "'Frame Time:' says no time: say how many frames there are a second (rate=30)"
+        )
     return record(path, document, root=root, scale=scale, fold=fold, inner=inner, rate=rate)
 
 

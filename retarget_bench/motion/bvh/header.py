@@ -18,6 +18,8 @@ from retarget_bench.motion.skeleton import EndSite
 _MOTION = re.compile(rb"^[ \t]*MOTION[ \t\r]*$", re.IGNORECASE | re.MULTILINE)
 _FRAMES = re.compile(r"\s*Frames\s*:\s*(\S+)\s*", re.IGNORECASE)
 _FRAME_TIME = re.compile(r"\s*Frame\s+Time\s*:\s*(\S+)\s*", re.IGNORECASE)
+_NO_TIME = re.compile(r"\s*Frame\s+Time\s*:\s*([-+]?(1\.#)?(nan|inf|q?nan|ind)\S*)?\s*", re.IGNORECASE)
+"""A rate that the exporter did not know: nothing, or what division by it gives."""
 _BRACE = re.compile("([{}])")
 _NUMBERS = re.compile(
     rb"^[ \t]*+(?:OFFSET\b|Frame[ \t]++Time[ \t]*+:)?+([-+0-9.,E \t\r]++)$", re.IGNORECASE | re.MULTILINE
@@ -144,6 +146,8 @@ def _frames(text: str, line: int) -> int:
 
 
 def _frame_time(text: str, line: int) -> float:
+    if _NO_TIME.fullmatch(text):
+        return 0.0
     match = _FRAME_TIME.fullmatch(text)
     seconds = number(match[1]) if match else None
     if seconds is None or not (seconds == 0 or 1e-6 <= seconds <= 1e4):

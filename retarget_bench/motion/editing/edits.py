@@ -6,8 +6,9 @@ from typing import cast
 
 from retarget_bench.motion import transfer
 from retarget_bench.motion.character import Character, Motion, Prediction
-from retarget_bench.motion.editing import fingers, floor, legs, loops, path, twists
+from retarget_bench.motion.editing import arms, fingers, floor, legs, loops, path, twists
 from retarget_bench.motion.editing import start as starts
+from retarget_bench.motion.editing.arms import Arms
 from retarget_bench.motion.editing.fingers import Hands
 from retarget_bench.motion.editing.path import RootMotion
 from retarget_bench.motion.editing.start import Starts
@@ -31,6 +32,11 @@ class Edits(OptionSet):
     hands: Hands = option(
         "Where the source shows no fingers and the target has them: relaxed, or open (as they rest).",
         default="relaxed",
+    )
+    arms: Arms = option(
+        "Hands and forearms that would go into trunk or legs of a target with a skin, where the source's "
+        "hand is free: clear (arms are turned out, known as arm space), or keep.",
+        default="clear",
     )
 
 
@@ -80,7 +86,7 @@ def edited(
 
     def mended(one: Prediction) -> Motion:
         motion = retargeted(one)
-        clear = floor.above(motion) if differ else floor.no_deeper(motion, one)
+        clear = floor.above(motion, one) if differ else floor.no_deeper(motion, one)
         sunk.append(clear is not motion)
         return clear
 
@@ -88,7 +94,7 @@ def edited(
     if loop is not None and not loops.agrees(motion, loop):
         extended, own = loops.continued(loop)
         motion = mended(extended).at(own)
-    motion, notes = _parts(motion, source, edits)
+    motion, notes = _parts(motion, source, edits, loop is not None and loops.is_loop(motion))
     if sunk[-1] and not differ:
         notes.append(
             f"the body of {target.name} is raised, or its arms bent, where head or hands were in the floor"
@@ -98,12 +104,17 @@ def edited(
     return path.edited(motion, edits.root_motion), notes
 
 
-def _parts(answer: Motion, source: Prediction, edits: Edits) -> tuple[Motion, list[str]]:
-    """Fingers and twist bones, and what was done to them unasked."""
-    target, notes = answer.character, []
+def _parts(answer: Motion, source: Prediction, edits: Edits, loop: bool) -> tuple[Motion, list[str]]:
+    """Fingers, arms and twist bones, and what was done to them unasked. loop: the answer is one."""
+    target = answer.character
+    notes: list[str] = []
     motion = fingers.followed(answer, source)
     if edits.hands == "relaxed" and (relaxed := fingers.relaxed(motion, source)) is not motion:
         notes.append(f"{source.character.name} shows no fingers: the hands of {target.name} are relaxed")
         motion = relaxed
+    stances = {legs.stance(each) for each in (source.character, target)}
+    if edits.arms == "clear" and stances == {"two legs"}:
+        motion, note = arms.cleared(motion, source, loop)
+        notes += [note] if note else []
     free = transfer.correspondence(source.character, target) < 0
     return twists.shared(motion, free), notes

@@ -6,12 +6,12 @@ deeper into the floor in a roll or on all fours: the whole body is raised (``no_
 that is clear of the floor.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from retarget_bench.motion import rotation
+from retarget_bench.motion import ground, rotation
 from retarget_bench.motion.body import UP
 from retarget_bench.motion.character import Character, Motion, Prediction
 from retarget_bench.motion.contact import CONTACT_ROLES, planted
@@ -25,22 +25,26 @@ _NEAR = 1e-4
 """Metres that make no difference."""
 _LOWER = 0.05
 """Share of the heights of standing feet that are below the floor."""
+_ELSEWHERE = 0.06
+"""Body heights below y = 0 from where feet stand on another floor."""
 _DEEP = 0.01
 """Of the height: how much deeper than in its source a head or hand may go; verdicts tell of the double."""
 
 
-def above(answer: Motion) -> Motion:
-    """The answer with its head and hands, to the tips, at y = 0 or higher.
+def above(answer: Motion, source: Prediction) -> Motion:
+    """The answer with its head and hands, to the tips, at y = 0 or higher, or above the floor that its feet
+    are on while those of its source are on another one below.
 
     The greatest correction that is needed within a third of a second is taken, smoothed; what that leaves
     below the floor is mended frame by frame.
     """
-    body = answer.character
-    answer = _raised(answer, _back(body), below(body, "head"))
+    body, (own, floor) = answer.character, _floors(replace(source), replace(answer))
+    floor = np.where(own < -_ELSEWHERE * source.character.height, np.minimum(floor, 0.0), 0.0)
+    answer = _raised(answer, _back(body), below(body, "head"), floor)
     for side in SIDES:
         joints, limb = below(body, f"{side}_hand"), rig_of(body).limbs.get((side, "arm"))
         if limb is not None:
-            answer = _raised(_lifted(answer, limb, joints), limb.upper, joints)
+            answer = _raised(_lifted(answer, limb, joints, floor), limb.upper, joints, floor)
     return answer
 
 
@@ -54,8 +58,8 @@ def no_deeper(answer: Motion, source: Prediction) -> Motion:
     """
     if not answer.frames:
         return answer
-    copy = replace(answer)  # copies, so that their places are let go
-    allowed = _allowed(replace(source), answer.character, _floor(copy))
+    copy, source = replace(answer), replace(source)  # copies, so that their places are let go
+    allowed = _allowed(source, answer.character, _floors(source, copy))
     raised = _no_deeper(copy, allowed)
     return answer if raised is copy else raised
 
@@ -78,25 +82,36 @@ def _no_deeper(answer: Motion, allowed: Mapping[str, np.ndarray]) -> Motion:
     return answer
 
 
-def _floor(motion: Prediction) -> float:
-    """Metres: how high the floor is that the feet stand on, the lowest of steps; 0 where none stands."""
+def _floors(source: Prediction, answer: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """``(frames,)`` metres each: the floor that the feet of the source and of its answer stand on, the
+    lowest of steps, or that those of the source come down to; 0 where none stands."""
+    (level, soles), (own_level, own_soles) = _lowest(source), _lowest(answer)
+    elsewhere = ground.lower(level, soles, source.character.height)
+    return ground.shown(level, soles, elsewhere), ground.shown(own_level, own_soles, elsewhere)
+
+
+def _lowest(motion: Prediction) -> tuple[float, np.ndarray]:
+    """Metres: the lowest floor that the feet of a motion stand on, 0 where none stands; and ``(frames,)``
+    the height of the lower one."""
     body = motion.character
     joints = body.joints(CONTACT_ROLES)
     places = motion.positions[:, joints]
-    over = (places[..., 1] - body.standing_places[joints, 1])[planted(places, body.height, motion.fps)]
-    return float(np.quantile(over, _LOWER)) if over.size else 0.0
+    over = places[..., 1] - body.standing_places[joints, 1]
+    stood = over[planted(places, body.height, motion.fps)]
+    level = float(np.quantile(stood, _LOWER)) if stood.size else 0.0
+    return level, over.min(axis=1, initial=np.inf)
 
 
-def _allowed(source: Prediction, body: Character, floor: float) -> dict[str, np.ndarray]:
+def _allowed(source: Prediction, body: Character, floors: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
     """Head and hands -> ``(frames,)`` metres: the height below which a body's joint, and its ends, are too
-    deep. floor: height of the one that the body stands on."""
-    heights, level = {}, _floor(source)
+    deep. floors: of the source and of its answer."""
+    heights = {}
     for role in ("head", *HANDS):
         depth = np.zeros(source.frames)
         if ends := _ends(source.character, role):
             points = tips(source, ends) if isinstance(source, Motion) else source.positions[:, ends]
-            depth = (level - points[..., 1].min(axis=1)).clip(0.0) / source.character.height
-        heights[role] = floor - (depth + _DEEP) * body.height
+            depth = (floors[0] - points[..., 1].min(axis=1)).clip(0.0) / source.character.height
+        heights[role] = floors[1] - (depth + _DEEP) * body.height
     return heights
 
 
@@ -167,14 +182,15 @@ def _back(body: Character) -> int:
     return [*chain(body.roles, "spine"), *line, head][0]
 
 
-def _raised(answer: Motion, pivot: int, joints: list[int]) -> Motion:
-    """The joints below a pivot turned up about it until some of its joints, and their tips, are clear."""
+def _raised(answer: Motion, pivot: int, joints: list[int], floor: np.ndarray) -> Motion:
+    """The joints below a pivot turned up about it until some of its joints, and their tips, are clear of
+    the floor ``(frames,)`` metres."""
     for number in range(_ROUNDS if joints else 0):
         points, start = tips(answer, joints), answer.positions[:, pivot, None]
-        if (points[..., 1] > -_NEAR).all():
+        if (points[..., 1] > floor[:, None] - _NEAR).all():
             break
         reach = np.maximum(np.linalg.norm(points - start, axis=-1), 1e-9)
-        sines, clear = (points - start)[..., 1] / reach, -start[..., 1] / reach
+        sines, clear = (points - start)[..., 1] / reach, (floor[:, None] - start[..., 1]) / reach
         angle = np.arcsin(np.clip(clear, -1.0, 1.0)) - np.arcsin(np.clip(sines, -1.0, 1.0))
         needed = angle.max(axis=1).clip(0.0)
         turn = _eased(needed, answer.fps) if number < _SMOOTH else needed
@@ -193,16 +209,16 @@ def _turned(answer: Motion, joint: int, world: np.ndarray) -> Motion:
     return answer.character.motion(rotation.continuous(rotations), answer.root, answer.fps)
 
 
-def _needed(answer: Motion, joints: list[int], floor: float | np.ndarray) -> np.ndarray:
-    """``(frames,)`` metres that joints, and their tips, are below a floor: metres or ``(frames,)``."""
+def _needed(answer: Motion, joints: list[int], floor: np.ndarray) -> np.ndarray:
+    """``(frames,)`` metres that joints, and their tips, are below a floor ``(frames,)``."""
     if not joints:
         return np.zeros(answer.frames)
     return np.asarray((floor - tips(answer, joints)[..., 1].min(axis=1)).clip(0.0))
 
 
-def _lifted(answer: Motion, limb: Limb, joints: list[int], floor: float | np.ndarray = 0.0) -> Motion:
-    """An arm bent until the hand is above the floor (metres, or ``(frames,)`` of them), as far as it is not
-    too fast; the hand keeps its orientation."""
+def _lifted(answer: Motion, limb: Limb, joints: list[int], floor: np.ndarray) -> Motion:
+    """An arm bent until the hand is above the floor ``(frames,)`` metres, as far as it is not too fast; the
+    hand keeps its orientation."""
     body = answer.character
     for _ in range(_SMOOTH):
         needed = _needed(answer, joints, floor)

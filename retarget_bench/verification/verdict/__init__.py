@@ -8,7 +8,10 @@
 - ``floor``: a foot is below the floor that the source stands on;
 - ``slide``: a foot slides while the source's stands;
 - ``turned``: a limb, a foot or the trunk points elsewhere than the source's;
+- ``place``: head, a hand or a foot is elsewhere, seen from the hips, than the source's;
 - ``inside``: a hand is in the body, where the result's character has a mesh.
+
+There is no all-clear where limbs are a guess, or where a motion was read wrongly (``doubts.py``).
 
 Bones that nothing drives (capes, hair, props, twist joints) follow their parent; they are named, and are no
 errors. The limits stand at the top of ``joints.py`` and ``penetration.py``.
@@ -27,6 +30,7 @@ from retarget_bench.motion.roles import explain
 from retarget_bench.motion.transfer import FOLLOW, correspondence, reason
 from retarget_bench.verification.verdict.defects import Defect, Verdict
 from retarget_bench.verification.verdict.directions import directions
+from retarget_bench.verification.verdict.doubts import doubts
 from retarget_bench.verification.verdict.joints import Pair, bends, feet, speeds
 from retarget_bench.verification.verdict.penetration import hands
 
@@ -36,7 +40,12 @@ SAME_RATE = 1e-3
 """Share by which two rates may differ and still count as one: frame times in files are rounded."""
 _FIRST = {kind: rank for rank, kind in enumerate(("extra", "not understood", "helper", "above the hips"))}
 """Why a joint has no role (``roles.explain``) -> its place in lists."""
-CAUSED = {"snap": ("speed", "slide"), "speed": ("slide",)}
+CAUSED = {
+    "snap": ("speed", "slide"),
+    "speed": ("slide",),
+    "straight": ("place",),
+    "turned": ("place",),
+}
 """Kind -> kinds that follow from it in the same frames, and are not told again."""
 
 
@@ -59,7 +68,9 @@ def verdict(source: Prediction, result: Prediction) -> Verdict:
     defects = [*bends(pair), *speeds(pair), *feet(pair), *directions(pair), *hands(pair)]
     causes = [each for each in defects if not _caused(each, defects)]
     worst_first = tuple(sorted(causes, key=lambda each: -each.severity))
-    return Verdict(result.frames, result.fps, worst_first, undriven(source.character, result.character))
+    left = undriven(source.character, result.character)
+    doubtful = tuple(dict.fromkeys(doubts(source, result)))
+    return Verdict(result.frames, result.fps, worst_first, left, doubtful)
 
 
 def undriven(source: Character, target: Character) -> tuple[str, ...]:

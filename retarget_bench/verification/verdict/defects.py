@@ -23,6 +23,7 @@ KINDS = {
     "floor": ("cm", "goes through the floor ({amount:.0f} cm; source {source:.0f})"),
     "slide": ("cm", "slides ({amount:.0f} cm; source {source:.0f})"),
     "turned": ("degrees", "points elsewhere than the source's ({amount:.0f} degrees)"),
+    "place": ("cm", "is elsewhere than the source's ({amount:.0f} cm, at this size)"),
     "inside": ("%", "is in the body ({amount:.0f} % of it{more})"),
 }
 """Kind of a defect -> the unit of its amount, and its reason after the name of the part."""
@@ -32,7 +33,8 @@ KINDS = {
 class Defect:
     """A stretch of frames to look at, and why.
 
-    kind:     ``snap``, ``straight``, ``speed``, ``floor``, ``slide``, ``turned`` or ``inside``.
+    kind:     ``snap``, ``straight``, ``speed``, ``floor``, ``slide``, ``turned``, ``place`` or
+              ``inside``.
     part:     of the body, for people: ``left knee``.
     first, last, worst: frames, counted from 0.
     amount:   at the worst frame, in ``unit``; source: likewise of the source, at the size of the result's
@@ -64,12 +66,14 @@ class Verdict:
     """The defects of a motion, and its joints that nothing drives.
 
     defects:  worst first. undriven: names of the joints that follow their parents.
+    doubts:   sentences on what is a guess, or was read wrongly: then all of it is to be looked at.
     """
 
     frames: int
     fps: float
     defects: tuple[Defect, ...]
     undriven: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
 
     @cached_property
     def worst(self) -> tuple[Defect, ...]:
@@ -85,16 +89,20 @@ class Verdict:
 
     @property
     def summary(self) -> str:
-        """``nothing to look at``, or ``3 places to look at``."""
+        """``nothing to look at``, ``3 places to look at``, or that all of it is to be looked at."""
         count = len(self.defects)
-        return "nothing to look at" if not count else f"{count} place{'s' * (count > 1)} to look at"
+        places = f"{count} place{'s' * (count > 1)} to look at"
+        if self.doubts:
+            return f"{places}, and all of it" if count else "no place stands out: look at all of it"
+        return places if count else "nothing to look at"
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """A line for each of the worst, and one that counts the others."""
+        """A line for each of the worst, one that counts the others, and one for each doubt."""
         lines = [f"look at: {each.text(self.fps)}" for each in self.worst]
         left = len(self.defects) - len(self.worst)
-        return (*lines, *([f"look at: {left} more like these"] if left else []))
+        more = [f"look at: {left} more like these"] if left else []
+        return (*lines, *more, *(f"look at all of it: {doubt}" for doubt in self.doubts))
 
     @property
     def followers(self) -> str:
@@ -119,6 +127,7 @@ class Verdict:
             "fps": self.fps,
             "places": [self._place(each) for each in self.defects],
             "undriven": list(self.undriven),
+            "doubts": list(self.doubts),
         }
 
     def _place(self, defect: Defect) -> dict[str, Any]:

@@ -6,13 +6,13 @@ below the floor that the source stands on, and feet that slide while the source'
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from retarget_bench.motion import contact, rotation
+from retarget_bench.motion import contact, ground, root_rules, rotation
 from retarget_bench.motion.body import UP
 from retarget_bench.motion.character import Character, Motion, Prediction
 from retarget_bench.motion.hinges import FOLDED
@@ -198,51 +198,91 @@ def _speeds(pair: Pair, role: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 # ---------------------------------------------------------------------------------------------- feet
+@dataclass(frozen=True, eq=False)
+class _Foot:
+    """A foot of both bodies, and the floor that the source's shows; all but the role ``(frames,)``.
+
+    role:   of the joint by which it stands.
+    stands: bool, where the source's does. source, result: metres, their lowest.
+    level:  metres, the lowest floor that the source's stands on, or comes down to.
+    floor:  likewise, at y = 0 at most, but of the step where it stands on one.
+    """
+
+    role: str
+    stands: np.ndarray
+    source: np.ndarray
+    result: np.ndarray
+    level: np.ndarray
+    floor: np.ndarray
+
+
 def feet(pair: Pair) -> Iterator[Defect]:
     """Defects of the feet that both bodies have, and of hands and heads below the floor of these."""
-    floors = []
-    for side in SIDES:
-        joints = [role for part in ("toe", "foot") if pair.has(role := f"{side}_{part}")]
-        if joints:
-            stands = planted(pair.source, pair.source.character.joint_of[joints[0]])  # type: ignore[arg-type]
-            soles = _lowest(pair.source, side)
-            floors.append(_level(soles, stands))
-            yield from _through_floor(pair, side, soles, stands)
-            yield from _slides(pair, side, joints[0], stands)
-    for role in (*HANDS, "head") if floors else ():
+    both = {side: _foot(pair, side, role) for side in SIDES if (role := _stands_by(pair, side))}
+    if not both:
+        return
+    scaled = _scaled(pair, [*both.values()])
+    for side, foot in both.items():
+        depth = foot.level - foot.source
+        yield from _deeper(pair, f"{side} foot", scaled(foot.floor), depth, foot.result)
+        yield from _slides(pair, side, foot)
+    for role in (*HANDS, "head"):
         if pair.has(role):
             source, result = (path[:, 1] for path in pair.paths(role))
-            floor = min(*floors, 0.0)
-            yield from _deeper(pair, joint_name(role), floor, floor - source, result)
+            floor = np.minimum(0.0, np.min([foot.level for foot in both.values()], axis=0))
+            yield from _deeper(pair, joint_name(role), scaled(floor), floor - source, result)
 
 
-def _level(source: np.ndarray, stands: np.ndarray) -> float:
-    """Metres: the lowest floor that a foot of the source stands on; 0 where it never stands."""
-    return float(np.quantile(source[stands], 0.05)) if stands.any() else 0.0
+def _stands_by(pair: Pair, side: str) -> str | None:
+    return next((role for part in ("toe", "foot") if pair.has(role := f"{side}_{part}")), None)
 
 
-def _through_floor(pair: Pair, side: str, source: np.ndarray, stands: np.ndarray) -> Iterator[Defect]:
-    """source: ``(frames,)`` metres, its ``_lowest``. stands: ``(frames,)`` bool, where its foot stands."""
-    level = _level(source, stands)
-    on_step = stands & (source > level + _STEP * pair.source.character.height)
-    floor = np.where(on_step, source, min(level, 0.0))
-    yield from _deeper(pair, f"{side} foot", floor, level - source, _lowest(pair.result, side))
+def _foot(pair: Pair, side: str, role: str) -> _Foot:
+    body = pair.source.character
+    stands = planted(pair.source, body.joint_of[role])  # type: ignore[arg-type]
+    source, result = (_lowest(motion, side) for motion in (pair.source, pair.result))
+    lowest = float(np.quantile(source[stands], 0.05)) if stands.any() else 0.0
+    level = ground.shown(lowest, source, ground.lower(lowest, source, body.height))
+    on_step = stands & (source > level + _STEP * body.height)
+    floor = np.where(on_step, source, np.minimum(level, 0.0))
+    return _Foot(role, stands, source, result, level, floor)
+
+
+def _scaled(pair: Pair, both: Sequence[_Foot]) -> Callable[[np.ndarray], np.ndarray]:
+    """What takes floors of the source, ``(frames,)`` metres, to the size of the result's body.
+
+    The floor at y = 0 goes by the legs. Where another one is (a ledge, steps, the floor below) depends on
+    how the root path is scaled, and right ones differ: it may be as low as the result's feet are while the
+    source's are on it, as far as one of the ``root_rules`` has it there.
+    """
+    bodies = pair.bodies
+    rules = [rule for rule in root_rules.SCALING_RULES if not root_rules.reason(rule, *bodies)]
+    ratios = [root_rules.ratios(rule, *bodies)[1] for rule in rules]
+    floors, source, result = (
+        np.concatenate([getattr(foot, name) for foot in both]) for name in ("floor", "source", "result")
+    )
+    apart, near = _STEP * bodies[0].height, DEEP * bodies[0].height
+    on = (np.abs(floors) > apart) & (source < floors + near)
+    fitted = float(floors[on] @ result[on] / (floors[on] @ floors[on])) if on.any() else pair.ratio
+    fitted = float(np.clip(fitted, min(ratios), max(ratios)))
+
+    def scaled(floor: np.ndarray) -> np.ndarray:
+        lower = np.where(floor > 0.0, min(fitted, pair.ratio), max(fitted, pair.ratio))
+        return np.where(np.abs(floor) > apart, lower, pair.ratio) * floor
+
+    return scaled
 
 
 def _deeper(
-    pair: Pair,
-    name: str,
-    floor: np.ndarray | float,
-    depth: np.ndarray,
-    result: np.ndarray,
+    pair: Pair, name: str, floor: np.ndarray, depth: np.ndarray, result: np.ndarray
 ) -> Iterator[Defect]:
     """Stretches in which a part is deeper below a floor than the source's is at this size.
 
-    floor: metres, of the source. depth: ``(frames,)`` metres that the source's part is below it. result:
-    ``(frames,)`` metres, the height of the part.
+    All ``(frames,)`` metres: the height of the result's floor, the depth of the source's part below its
+    own, and the height of the result's part.
     """
     usual = pair.ratio * np.maximum(depth, 0.0)
-    deep = pair.ratio * np.asarray(floor) - result
+    deep = floor - result
     limit = usual + DEEP * pair.result.character.height
     for part in stretches(deep > limit, pair.fps):
         if part.stop - part.start >= LASTING * pair.fps:
@@ -269,11 +309,11 @@ def _lowest(motion: Prediction, side: str) -> np.ndarray:
     return np.asarray(np.minimum(places, soles).min(axis=1))
 
 
-def _slides(pair: Pair, side: str, role: str, stands: np.ndarray) -> Iterator[Defect]:
+def _slides(pair: Pair, side: str, foot: _Foot) -> Iterator[Defect]:
     edge = round(_EDGE * pair.fps)
-    source, result = pair.paths(role)
-    for start, past in contact.runs(stands).tolist():
-        first, last = start + (edge if start else 0), past - 1 - (edge if past < len(stands) else 0)
+    source, result = pair.paths(foot.role)
+    for start, past in contact.runs(foot.stands).tolist():
+        first, last = start + (edge if start else 0), past - 1 - (edge if past < len(foot.stands) else 0)
         if last - first < 1:
             continue
         path = result[first : last + 1]

@@ -70,10 +70,9 @@ def extract(path: Path, take: str) -> dict[str, np.ndarray]:
     arrays["spreads"], curves = _animated(takes, numbers)
     arrays |= _meshes(scene, nodes, numbers)
     concerned = _concerned(arrays)
-    names = [each.name for each in takes]
-    number = _chosen(take, names, arrays["spreads"], concerned)
-    facts = _facts(scene, nodes, takes)
-    facts["baked"] = number
+    number = _chosen(take, [each.name for each in takes], arrays["spreads"], concerned)
+    facts = {**_facts(scene, nodes, takes), "baked": number}
+    facts["characters"] = [_links(each, numbers) for each in _list(scene.characters)]
     if number is not None:
         rate, spacing = _rate(facts, curves[number])
         facts |= {"rate": rate, "keys_per_second": spacing}
@@ -140,7 +139,7 @@ def _facts(scene: Any, nodes: list[Any], takes: list[Any]) -> dict[str, Any]:
     """The facts that are no arrays: names, unit, axes and rate."""
     import ufbx
 
-    settings, metadata = _keep(scene.settings), _keep(scene.metadata)
+    settings = _keep(scene.settings)
     return {
         "names": [node.name for node in nodes],
         "takes": [each.name for each in takes],
@@ -148,7 +147,6 @@ def _facts(scene: Any, nodes: list[Any], takes: list[Any]) -> dict[str, Any]:
         "axes": [int(axis) for axis in settings.axes],
         "fps": settings.frames_per_second,
         "rate_stated": ufbx.find_int(_keep(settings.props), "TimeMode", 0) > 0,
-        "version": metadata.version,
     }
 
 
@@ -192,6 +190,12 @@ def _concerned(arrays: dict[str, np.ndarray]) -> list[int]:
     return sorted(chosen)
 
 
+def _links(character: Any, numbers: dict[int, int]) -> dict[str, int]:
+    """The links of a HumanIK character: the property without ``Link`` -> the node."""
+    ends = [(_keep(each.src).element_id, each.dst_prop) for each in _list(character.connections_dst)]
+    return {name.removesuffix("Link"): numbers[end] for end, name in reversed(ends) if end in numbers}
+
+
 # ----------------------------------------------------------------------------------------------- takes
 def _animated(takes: list[Any], numbers: dict[int, int]) -> tuple[np.ndarray, list[list[Any]]]:
     """``(takes, nodes, 3)`` the largest range of the curves of every node's translation, rotation (degrees)
@@ -233,9 +237,7 @@ def _chosen(take: str, names: list[str], spreads: np.ndarray, concerned: list[in
 def _rate(facts: dict[str, Any], curves: list[Any]) -> tuple[float, float]:
     """Frames per second, and those that the keys of the longest curve are spaced by, 0 where unevenly."""
     longest = max(curves, key=lambda curve: len(_keep(curve.keyframes)), default=None)
-    times = np.zeros(0)
-    if longest is not None:
-        times = np.array([key.time for key in _keep(longest.keyframes)])
+    times = [key.time for key in _keep(longest.keyframes)] if longest is not None else []
     steps = np.diff(times)
     spacing = 0.0
     if len(steps) > 1 and 0 < steps.max() <= (1 + _ON_GRID) * steps.min():
@@ -295,9 +297,8 @@ def _meshes(scene: Any, nodes: list[Any], numbers: dict[int, int]) -> dict[str, 
             surfaces.append((node, mesh_number, skins if bound else -1))
         skins += bool(bound)
     arrays["surfaces"] = np.array(surfaces, dtype=np.int64).reshape(-1, 3)
-    arrays["geometry"] = np.array(
-        [_matrix(nodes[node].geometry_to_node) for node, _, _ in surfaces]
-    ).reshape(-1, 4, 4)
+    geometry = [_matrix(nodes[node].geometry_to_node) for node, _, _ in surfaces]
+    arrays["geometry"] = np.array(geometry).reshape(-1, 4, 4)
     return arrays
 
 
@@ -309,8 +310,7 @@ def _triangles(mesh: Any, number: int) -> dict[str, np.ndarray]:
     first = np.repeat(faces[:, 0], extra)
     step = np.arange(extra.sum()) - np.repeat(np.cumsum(extra) - extra, extra)
     triangles = corners[np.stack([first, first + step + 1, first + step + 2], axis=1).reshape(-1, 3)]
-    vertices = _array(mesh.vertices).reshape(-1, 3)
-    return {f"vertices_{number}": vertices, f"faces_{number}": triangles}
+    return {f"vertices_{number}": _array(mesh.vertices).reshape(-1, 3), f"faces_{number}": triangles}
 
 
 def _bound(skin: Any, numbers: dict[int, int], number: int) -> dict[str, np.ndarray]:

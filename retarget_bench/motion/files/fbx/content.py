@@ -45,8 +45,9 @@ class Content:
             to the joints when it was bound, ``skin_worlds_s`` from the joints to the world then, and
             ``skin_weights_s (weights, 3)`` joint of the skin, vertex and share.
     facts:  names, takes (as they can be shown), unit (metres), axes (right, up, front: numbers of ufbx, of
-            the file itself but for up), fps and rate_stated, version; baked: the number of the take with
-            frames, its rate, and keys_per_second, 0 where its keys are not evenly spaced.
+            the file itself but for up), fps and rate_stated; characters: of each HumanIK character its
+            links and their nodes; baked: the number of the take with frames, its rate, and
+            keys_per_second, 0 where its keys are not evenly spaced.
     """
 
     arrays: dict[str, np.ndarray]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.motion import rotation
-from retarget_bench.motion.files.fbx import child
+from retarget_bench.motion.files.fbx import characterisation, child
 from retarget_bench.motion.files.fbx.content import Content, extract
 from retarget_bench.motion.files.scenes.nodes import Nodes, nearest_turn
 from retarget_bench.motion.files.scenes.reading import rigged
@@ -101,6 +101,9 @@ class FbxScene(Scene):
         return [[node for node in self.nodes.below(top) if bones[node]] for top in tops]
 
     # ----------------------------------------------------------------------------------------- bodies
+    def roles(self, joints: Sequence[int]) -> Mapping[int, str]:
+        return characterisation.roles(self.content.facts["characters"], joints)
+
     @property
     def skins(self) -> Sequence[str]:
         return [f"skin {n}" for n in range(1, len(self._skins) + 1)] + ["bones"] * len(self._bones)

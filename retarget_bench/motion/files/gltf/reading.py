@@ -42,8 +42,7 @@ class GltfScene(Scene):
         self.nodes = read_nodes(document)
 
     # ----------------------------------------------------------------------------------------- bodies
-    @property
-    def roles(self) -> Mapping[int, str]:
+    def roles(self, joints: Sequence[int]) -> Mapping[int, str]:  # noqa: ARG002
         return humanoid.roles(self.document)
 
     @property

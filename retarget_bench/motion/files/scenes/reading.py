@@ -56,7 +56,7 @@ def rigged(scene: Scene, take: str | None, body: str | None) -> tuple[Rig, Recor
     notes = (*notes, f"{how}: {spaced}" if number is not None else how, *_about_root(nodes, own))
     rig, moved, replaced = _rig(scene, nodes, own, performance)
     rotations, root = _frames(rig, performance)
-    roles = scene.roles
+    roles = scene.roles(rig.body.joints)
     stated = {
         name: roles[j] for name, j in zip(rig.skeleton.names, rig.body.joints, strict=True) if j in roles
     }

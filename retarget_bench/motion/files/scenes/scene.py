@@ -59,9 +59,8 @@ class Scene(ABC):
         return FileError(self.path, problem)
 
     # ----------------------------------------------------------------------------------------- bodies
-    @property
-    def roles(self) -> Mapping[int, str]:
-        """Node -> role, where the file states what its nodes are."""
+    def roles(self, joints: Sequence[int]) -> Mapping[int, str]:  # noqa: ARG002
+        """Node -> role, where the file states what the joints of a body are."""
         return {}
 
     @property

@@ -22,14 +22,14 @@ from retarget_bench.motion.files.smpl.families import BY_JOINTS, FAMILIES, Famil
 from retarget_bench.motion.recording import Recording
 from retarget_bench.motion.skeleton import Skeleton
 
-_POSES, _TRANS = ("poses", "smpl_poses"), ("trans", "transl", "smpl_trans")
+_POSES, _TRANS = ("poses", "smpl_poses", "pose", "fullpose"), ("trans", "transl", "smpl_trans")
 _ROOT, _TRUNK = ("root_orient", "global_orient"), ("pose_body", "body_pose")
-"""Names of AMASS, those of the arguments of SMPL models, and those of AIST++."""
+"""Names of AMASS, those of the arguments of SMPL models, of AIST++, and of estimators (``pose``)."""
 _SCALING = "smpl_scaling"
 """The size of a person of AIST++, whose translation is that of a body so much larger than the model."""
 _OTHERS = ("pose_jaw", "pose_eye", "pose_hand")
 """The joints after root and trunk in ``poses``."""
-_RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
+_RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate", "framerate")
 _AXES = ("x", "y", "z", "-x", "-y", "-z")
 _DEFAULT_RATE = 30.0
 _SLOWEST, _FASTEST = 0.1, 10_000.0
