@@ -9,8 +9,10 @@ RANKS = {role: rank for rank, role in enumerate(BODY22)}
 SIDES = ("left", "right")
 ARM, LEG = ("arm", "forearm", "hand"), ("up_leg", "leg", "foot", "toe")
 _TIPS = {"head": 1.0, "toe": 0.5, "hand": 0.7}
-"""How far the last bones reach beyond their joint, in lengths of the bone before."""
+"""How far the last bones reach beyond their joint, in lengths of the bone before: to the top of the head,
+and the tips of toes and fingers."""
 _LIMB_ROUNDS, _RADIUS_ROUNDS = 12, 2
+"""How often limbs are moved into their middle, and points shared out; more changes next to nothing."""
 _FEWEST = 8
 """Points that a cross-section and the radius of a bone are found from."""
 _SLAB = 0.25
@@ -47,9 +49,9 @@ def _distances(points: np.ndarray, joints: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.norm(away - nearest, axis=2))
 
 
-def fitted(points: np.ndarray, joints: np.ndarray) -> tuple[np.ndarray, float]:
-    """``(n,)`` the joint that each point ``(n, 3)`` follows, and the mean distance in metres of points from
-    the cylinder around their bone, whose radius is the median of its own points' distances."""
+def owners(points: np.ndarray, joints: np.ndarray) -> np.ndarray:
+    """``(n,)`` the joint that each point ``(n, 3)`` follows: that of the nearest cylinder around a bone,
+    whose radius is the median of its own points' distances."""
     distances = _distances(points, joints)
     nearest = distances.argmin(axis=1)
     for _ in range(_RADIUS_ROUNDS):
@@ -57,28 +59,27 @@ def fitted(points: np.ndarray, joints: np.ndarray) -> tuple[np.ndarray, float]:
         for bone in range(len(_BONES)):
             own = distances[nearest == bone, bone]
             radii[bone] = np.median(own) if len(own) >= _FEWEST else 0.0
-        off = distances - radii
-        nearest = off.argmin(axis=1)
-    return _OWNERS[nearest], float(np.abs(off[np.arange(len(points)), nearest]).mean())
+        nearest = (distances - radii).argmin(axis=1)
+    return np.asarray(_OWNERS[nearest])
 
 
 def centred(points: np.ndarray, joints: np.ndarray) -> np.ndarray:
     """``(22, 3)`` joints of which elbows, wrists, knees and ankles have moved into the middle of the limbs
-    that points ``(n, 3)`` show. Bones keep their lengths; all other joints stay, toes follow their foot."""
+    that points ``(n, 3)`` show. Bones keep their lengths; all other joints stay, toes go with their
+    foot."""
     joints = joints.copy()
     for _ in range(_LIMB_ROUNDS):
-        owners, _ = fitted(points, joints)
+        followed = owners(points, joints)
         for side in SIDES:
             for limb in (ARM, LEG):
                 top, middle, end, *toe = (RANKS[f"{side}_{part}"] for part in limb)
-                own = np.isin(owners, (top, middle, *(() if toe else (end,))))
-                moved = joints.copy()
+                own = np.isin(followed, (top, middle, *(() if toe else (end,))))
+                before = joints.copy()
                 for above, joint in ((top, middle), (middle, end)):
-                    bone = joints[joint] - joints[above]
-                    to = _middle(points[own], joints[joint], bone) - moved[above]
-                    moved[joint] = moved[above] + to * (_length(bone) / max(_length(to), 1e-12))
-                moved[toe] += moved[end] - joints[end]
-                joints = moved
+                    bone = before[joint] - before[above]
+                    to = _middle(points[own], before[joint], bone) - joints[above]
+                    joints[joint] = joints[above] + to * (_length(bone) / max(_length(to), 1e-12))
+                joints[toe] += joints[end] - before[end]
     return joints
 
 

@@ -1,49 +1,44 @@
 """A body's mesh in a pose, brought into the T-pose by the joints that are found on it.
 
-SKR has learned bodies in T-pose and in motion; arms half-way down it has hardly seen, and finds them up to
-twenty degrees off. So limbs are centred in the surface around their joints (``bones.py``), points are
-brought into the T-pose by linear blend skinning with SKIN's weights, SKR finds the joints there, where it is
-exact, and these are taken back into the pose, by turns. Where that settles, SKR agrees with the joints that
-points were brought to; where it does not, the pose is not known.
+SKR has learned bodies in T-pose and in motion. Arms half-way down it has hardly seen, and finds them up to
+twenty degrees off. So limbs are centred in the surface around them (``bones.py``), points are brought into
+the T-pose by linear blend skinning with SKIN's weights, SKR finds the joints there, where it is exact, and
+these are taken back into the pose, by turns. Where that settles, SKR agrees with the joints that points
+were brought to; where it does not, the pose is not known.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
+from retarget_bench.errors import NotSupported
 from retarget_bench.motion import rotation
 from retarget_bench.motion.body22 import PARENTS
-from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.reference_pose import LIMB_TOLERANCE
 from retarget_bench.motion.surface_sampling import sampled, uniform
 
 from . import bones
 from .bones import ARM, LEG, RANKS, SIDES
+from .online import FindsJoints, Networks
 
 _SPOTS, _SETS = 4096, 2
-"""Points on the surface, and in how many sets SKR sees them."""
+"""Points on the surface, and in how many sets SKR sees them: one set scatters, more say the same."""
 _TURNS, _SKINNED = 4, 2
-"""How often joints are found anew from each start, and skinning weights at each."""
-_SETTLED = 0.012
+"""How often joints are found anew, and skinning weights each time."""
+_SETTLED = 0.01
 """Mean distance of SKR's joints from those that points were brought to, as a share of the height, up to
-which a pose is known. Of puppets whose pose was found it is at most 0.009, of others at least 0.02."""
-_AS_CLOSE = 1.4
-"""How many times as far as in the T-pose points may be from their bones in the pose that was found."""
-_LOWERED = np.radians(60.0)
-"""The second start: arms so far down, where SKR's own does not settle."""
-_SHOULDER, _UPPER_ARM, _WHOLE_ARM = 0.36, 0.55, 1.05
-"""Of that start, in lengths from hips to neck."""
+which a pose is known. Of puppets with lowered arms it is at most 0.009; from 0.012 on poses are often
+wrong."""
 _LEAN, _NOD = np.radians(15.0), np.radians(30.0)
 """Lean of a trunk, and of a head from its trunk, that a T-pose may have."""
-UP = np.array([0.0, 1.0, 0.0])
-
-
-class FindsJoints(Protocol):
-    """The part of the method ``skr`` that is used."""
-
-    def joints(self, points: list[np.ndarray], /) -> np.ndarray: ...
+_UNKNOWN = (
+    "the joints that are found on its mesh do not fit it ({}): the body is in a pose or of a kind that "
+    "SKR does not know; give its mesh in a T-pose, arms straight out, or ask another method"
+)
+"""Why no target is made of a mesh, with what its joints show."""
+_LEGS = [RANKS[f"{side}_{part}"] for side in SIDES for part in LEG]
+_UP = np.array([0.0, 1.0, 0.0])
 
 
 Shares = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -51,7 +46,7 @@ Shares = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class _Pose:
     """Joints ``(22, 3)`` metres in a pose and in the T-pose, and ``(22, 3, 3)`` world rotations from one to
     the other."""
 
@@ -60,7 +55,7 @@ class Pose:
     turns: np.ndarray
 
     @classmethod
-    def of(cls, joints: np.ndarray) -> "Pose":
+    def of(cls, joints: np.ndarray) -> "_Pose":
         turns = _straightening(joints)
         resting = np.empty_like(joints)
         for rank, above in enumerate(PARENTS):
@@ -82,80 +77,63 @@ class Pose:
         return np.asarray(self.joints[parents] + np.einsum("jba,jb->ja", self.turns[parents], away))
 
 
-@dataclass(frozen=True, eq=False)
-class _Trial:
-    """A pose, SKR's joints where it was brought to, and how far off both are, as shares of the height."""
+def into_t_pose(
+    networks: Networks, vertices: np.ndarray, faces: np.ndarray
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """A body's vertices ``(V, 3)`` metres in the T-pose, facing +Z, and a note on it; as they are, and
+    none, where the body stands in it. Y is up.
 
-    pose: Pose
-    found: np.ndarray
-    unsettled: float
-    closeness: float
-
-    @property
-    def known(self) -> bool:
-        return self.unsettled <= _SETTLED and self.closeness <= _AS_CLOSE
-
-    @property
-    def cost(self) -> float:
-        return self.unsettled / _SETTLED + self.closeness / _AS_CLOSE
-
-
-def into_t_pose(skr: FindsJoints, shares: Shares, vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray | None, str]:
-    """A body's vertices ``(V, 3)`` metres in the T-pose, facing +Z, and what about its own pose differs:
-    "" where it stands in a T-pose, and the vertices are returned as they are; no vertices where its pose
-    is not known. Y is up."""
+    Raises NotSupported where its pose is not known.
+    """
+    skr, shares = networks.skr, networks.skin.shares
     numbers = uniform(0, 3 * _SPOTS).reshape(1, 3, _SPOTS)
     points = sampled(vertices[None], faces, numbers)[0]
-    first = bones.centred(points, _found(skr, points))
-    if not (difference := from_t_pose(first)):
-        return vertices, ""
-    best: _Trial | None = None
-    for start in (first, _lowered(first)):
-        joints = start
-        for _ in range(_TURNS):
-            trial = _tried(skr, shares, points, joints)
-            joints = trial.pose.back(trial.found)
-            best = trial if best is None or trial.cost < best.cost else best
-        if best is not None and best.known:
-            break
-    assert best is not None
-    if not best.known:
-        return None, difference
-    difference = from_t_pose(best.pose.joints) or difference
-    return best.pose.brought(vertices, _weights(shares, best.pose, vertices)), difference
-
-
-def _tried(skr: FindsJoints, shares: Shares, points: np.ndarray, joints: np.ndarray) -> _Trial:
-    pose = Pose.of(bones.centred(points, joints))
-    brought = pose.brought(points, _weights(shares, pose, points))
-    found, height = _found(skr, brought), float(np.ptp(brought[:, 1]))
-    apart = (found - found[0]) - (pose.resting - pose.resting[0])
-    closeness = bones.fitted(points, pose.joints)[1] / max(bones.fitted(brought, pose.resting)[1], 1e-12)
-    return _Trial(pose, found, float(np.linalg.norm(apart, axis=1).mean()) / max(height, 1e-12), closeness)
+    found = _found(skr, points)
+    centred = bones.centred(points, found)
+    centred[_LEGS] = found[_LEGS]  # clothes around legs hide their middle
+    if not (difference := _difference(centred)):
+        return vertices, ()
+    best, least = None, np.inf
+    for _ in range(_TURNS):
+        pose = _Pose.of(bones.centred(points, found))
+        brought = pose.brought(points, _weights(shares, pose, points))
+        resting = _found(skr, brought)
+        apart = (resting - resting[0]) - (pose.resting - pose.resting[0])
+        unsettled = float(np.linalg.norm(apart, axis=1).mean() / max(np.ptp(brought[:, 1]), 1e-12))
+        if unsettled < least:
+            best, least = pose, unsettled
+        found = pose.back(resting)
+    if best is None or least > _SETTLED:
+        raise NotSupported(_UNKNOWN.format(difference))
+    note = f"its mesh was brought into the T-pose: {_difference(best.joints) or difference}"
+    return best.brought(vertices, _weights(shares, best, vertices)), (note,)
 
 
 def _found(skr: FindsJoints, points: np.ndarray) -> np.ndarray:
     return np.asarray(skr.joints([points[k::_SETS] for k in range(_SETS)]).mean(axis=0))
 
 
-def _weights(shares: Shares, pose: Pose, points: np.ndarray) -> np.ndarray:
+def _weights(shares: Shares, pose: _Pose, points: np.ndarray) -> np.ndarray:
     """``(n, 22)``: first of the nearest bone alone, then SKIN's for where these bring the points."""
-    weights = np.eye(len(PARENTS))[bones.fitted(points, pose.joints)[0]]
+    weights = np.eye(len(PARENTS))[bones.owners(points, pose.joints)]
     for _ in range(_SKINNED):
         weights = shares(pose.brought(points, weights), pose.resting)
     return weights
 
 
-def from_t_pose(joints: np.ndarray) -> str:
+def _difference(joints: np.ndarray) -> str:
     """What in the pose of joints ``(22, 3)`` is not of a T-pose, as a phrase; "" where all is."""
     up, across = _trunk(joints)
-    lean = _angle(up, UP)
+    lean = _angle(up, _UP)
     if lean > _LEAN:
         return f"its trunk leans by {np.degrees(lean):.0f} degrees"
-    arms = [_angle(_bone(joints, side, *ARM[-2:]), sign * across) for side, sign in zip(SIDES, (1, -1), strict=True)]
+    arms = [
+        _angle(_bone(joints, side, *ARM[1:]), outward * across)
+        for side, outward in zip(SIDES, (1.0, -1.0), strict=True)
+    ]
     if max(arms) > LIMB_TOLERANCE:
         return f"its arms are {np.degrees(max(arms)):.0f} degrees from straight out"
-    legs = [_angle(_bone(joints, side, *each), -UP) for side in SIDES for each in (LEG[:2], LEG[1:3])]
+    legs = [_angle(_bone(joints, side, *each), -_UP) for side in SIDES for each in (LEG[:2], LEG[1:3])]
     if max(legs) > LIMB_TOLERANCE:
         return f"its legs are {np.degrees(max(legs)):.0f} degrees from straight down"
     return ""
@@ -165,41 +143,27 @@ def _straightening(joints: np.ndarray) -> np.ndarray:
     """``(22, 3, 3)`` world rotations that bring a body into the T-pose, facing +Z: chest and pelvis turn to
     the front, and limbs swing the shortest way from there."""
     up, _ = _trunk(joints)
-    upright = up if _angle(up, UP) > _LEAN else UP
+    upright = up if _angle(up, _UP) > _LEAN else _UP
     pelvis, chest = (_front(_across(joints, part), upright) for part in ("up_leg", "arm"))
     both = rotation.from_matrix(np.stack([pelvis, chest]))
     between = rotation.to_matrix(rotation.slerp(both[[0, 0]], both[[1, 1]], np.array([1.0, 2.0]) / 3.0))
     turns = np.empty((len(PARENTS), 3, 3))
-    turns[[RANKS[f"{part}"] for part in ("hips", "spine_1", "spine_2", "spine_3")]] = [pelvis, *between, chest]
+    spine = [RANKS[part] for part in ("hips", "spine_1", "spine_2", "spine_3")]
+    turns[spine] = [pelvis, *between, chest]
     head = joints[RANKS["head"]] - joints[RANKS["neck"]]
-    nods = _angle(chest @ head, UP) > _NOD
-    turns[[RANKS["neck"], RANKS["head"]]] = _swung(chest, head, UP) if nods else chest
+    nods = _angle(chest @ head, _UP) > _NOD
+    turns[[RANKS["neck"], RANKS["head"]]] = _swung(chest, head, _UP) if nods else chest
     for side, outward in zip(SIDES, (1.0, -1.0), strict=True):
         turns[RANKS[f"{side}_shoulder"]] = chest
         for (top, middle, *ends), turn, way in (
             (ARM, chest, np.array([outward, 0.0, 0.0])),
-            (LEG, pelvis, -UP),
+            (LEG, pelvis, -_UP),
         ):
             upper = _swung(turn, _bone(joints, side, top, middle), way)
             lower = _swung(upper, _bone(joints, side, middle, ends[0]), way)
             turns[RANKS[f"{side}_{top}"]] = upper
             turns[[RANKS[f"{side}_{part}"] for part in (middle, *ends)]] = lower
     return turns
-
-
-def _lowered(joints: np.ndarray) -> np.ndarray:
-    """``(22, 3)``: the same body with its arms straight, out and down."""
-    joints, unit = joints.copy(), float(np.linalg.norm(joints[RANKS["neck"]] - joints[RANKS["hips"]]))
-    arms = [RANKS[f"{side}_arm"] for side in SIDES]
-    middle, across = joints[arms].mean(axis=0), _across(joints, "arm")
-    width = max(_SHOULDER * unit, float(np.linalg.norm(joints[arms[0]] - joints[arms[1]])) / 2.0)
-    across = across * [1.0, 0.0, 1.0]
-    across /= max(float(np.linalg.norm(across)), 1e-12)
-    for side, outward in zip(SIDES, (1.0, -1.0), strict=True):
-        way = np.cos(_LOWERED) * outward * across - np.sin(_LOWERED) * UP
-        for part, far in zip(ARM, (0.0, _UPPER_ARM, _WHOLE_ARM), strict=True):
-            joints[RANKS[f"{side}_{part}"]] = middle + outward * width * across + far * unit * way
-    return joints
 
 
 def _trunk(joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

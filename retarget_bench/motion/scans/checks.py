@@ -12,38 +12,49 @@ from retarget_bench.motion.scans.reading import Frame
 _DIRECTIONS, _SLICES = 64, 24
 """Directions in which a second body is looked for, and slices of the points across each."""
 _SHARE, _WIDE = 0.33, 0.7
-"""Two bodies beside each other have each such a share of the points, and extend across the direction from one
-to the other as far as this, over how far each does along it and over what the other does."""
+"""Two bodies beside each other have each such a share of the points, and extend across the direction from
+one to the other as far as this, over how far each does along it and over what the other does."""
 _EMPTY, _UNCONNECTED = 0.15, 0.35
-"""Fullness of the slice between two bodies over that of the fullest on either side: 0.00 to 0.15 where hands
-touch or overlap, and at least 0.19 within a single body that squats, bows or jumps; and where no part of
-the mesh is on both sides."""
+"""Fullness of the slice between two bodies over that of the fullest on either side: 0.00 to 0.15 where
+hands touch or overlap, and at least 0.19 within a single body that squats, bows or jumps; and where no part
+of the mesh is on both sides."""
 _ACROSS = 0.05
 """Share of vertices that parts may have on the other side nevertheless."""
 _CELL, _SPARSE, _SLIM = 0.03, 0.06, 4.0
-"""Of clouds, whose points may be vertices and lie closer in some places than in others: the size of the cells
-that they are thinned to one point of, over the largest extent; the fullness; and how many times as wide as it
-is long the half of a body may be, which vertices in rows may leave the middle of empty."""
+"""Of clouds, whose points may be vertices and lie closer in some places than in others: the size of the
+cells that they are thinned to one point of, over the largest extent; the fullness; and how many times as
+wide as it is long the half of a body may be, which vertices in rows may leave the middle of empty."""
 _SQUARE = 0.2
 """Cosine of directions that count as across another."""
 TWO = "holds two bodies beside each other, or something as large; give each in a file of its own"
 """What is wrong with such a file."""
+_OPENING, _BEYOND = 0.025, 0.12
+"""Area of an opening over that of the surface, and share of the surface beyond it, from and up to which a
+part of the body is missing: halves have 0.026 to 0.76 and at most 0.12. Openings of clothes, necks and
+soles are smaller, or have legs, arms or a head beyond them (0.22 of the surface and more)."""
 _MERGED = 1e-5
 """Vertices closer than this share of the mesh's size are one: STL files repeat them for each triangle."""
 
 
 @dataclass(frozen=True)
 class Topology:
-    """parts: connected ones. open_edges: with one face. crowded_edges: with more than two."""
+    """parts: connected ones. open_edges: with one face. crowded_edges: with more than two. opening: share
+    of the surface that the largest opening with nothing beyond it is as large as."""
 
     parts: int
     open_edges: int
     crowded_edges: int
+    opening: float
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Sentences on its faults."""
         notes = []
+        if self.opening >= _OPENING:
+            notes.append(
+                "lacks a part of the body, such as its half or its back: an opening is as large as "
+                f"{100 * self.opening:.0f} % of the surface, and nothing is beyond it"
+            )
         if self.open_edges:
             notes.append(f"is open: {self.open_edges} edges have a face on one side only")
         if self.crowded_edges:
@@ -74,23 +85,50 @@ def merged(frame: Frame) -> tuple[np.ndarray, np.ndarray]:
 
 def parts(faces: np.ndarray) -> np.ndarray:
     """``(F,)`` the number of the connected part that each face belongs to."""
+    return _components(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]]))[: len(faces)]
+
+
+def _components(edges: np.ndarray) -> np.ndarray:
+    """``(E,)`` the number of the connected part that each edge ``(E, 2)`` belongs to."""
     from scipy.sparse import coo_array  # type: ignore[import-untyped]
     from scipy.sparse.csgraph import connected_components  # type: ignore[import-untyped]
 
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
-    graph = coo_array((np.ones(len(edges)), edges.T), shape=(int(faces.max()) + 1,) * 2)
-    return np.asarray(connected_components(graph, directed=False)[1][faces[:, 0]])
+    graph = coo_array((np.ones(len(edges)), edges.T), shape=(int(edges.max()) + 1,) * 2)
+    return np.asarray(connected_components(graph, directed=False)[1][edges[:, 0]])
 
 
 def topology(frame: Frame) -> Topology:
     """The parts and edges of a mesh with faces. Raises FileError where no face has an area."""
-    faces = merged(frame)[1]
+    same, faces = merged(frame)
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
     if not len(faces):
         raise FileError(frame.path, "has faces without area only")
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    uses = np.unique(edges, axis=0, return_counts=True)[1]
-    return Topology(len(np.unique(parts(faces))), int((uses == 1).sum()), int((uses > 2).sum()))
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    names, uses = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)[1:]
+    places = np.empty((int(same.max()) + 1, 3))
+    places[same] = frame.vertices
+    opening = _opening(places, faces, edges[uses[names.reshape(-1)] == 1])
+    return Topology(len(np.unique(parts(faces))), int((uses == 1).sum()), int((uses > 2).sum()), opening)
+
+
+def _opening(places: np.ndarray, faces: np.ndarray, edges: np.ndarray) -> float:
+    """Area of the largest opening beyond which is nothing, over that of the surface; 0.0 where there is
+    none.
+
+    places: ``(V, 3)``. faces: ``(F, 3)``. edges: ``(E, 2)`` those of one face, in its order.
+    """
+    a, b, c = (places[faces[:, corner]] for corner in range(3))
+    areas = np.maximum(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1), 1e-30)  # a line has none
+    largest, of = 0.0, _components(edges) if len(edges) else np.zeros(0, int)
+    for each in np.unique(of):
+        first, last = (places[edges[of == each, end]] for end in range(2))
+        middle = first.mean(axis=0)
+        normal = 0.5 * np.cross(first - middle, last - middle).sum(axis=0)
+        if (size := float(np.linalg.norm(normal) / areas.sum())) > max(largest, _OPENING):
+            side = ((a + b + c) / 3.0 - middle) @ normal > 0.0
+            beyond = min(areas[side].sum(), areas[~side].sum()) / areas.sum()
+            largest = size if beyond <= _BEYOND else largest
+    return largest
 
 
 def check_one_body(frame: Frame, points: np.ndarray) -> None:

@@ -23,8 +23,8 @@ _STANDS = 0.5
 _GAP, _SMALL = 0.1, 0.5
 """Sizes of the body from which a part is far away, and up to which it is small."""
 _SPARSE_GAP, _SPACED = 0.05, 5.0
-"""The gap around stray points of a cloud: sizes of the body, and distances that one in twenty points is from
-its neighbour; the larger of both."""
+"""The gap around stray points of a cloud: sizes of the body, and distances that one in twenty points is
+from its neighbour; the larger of both."""
 _STRAY, _FEW = 0.01, 0.1
 """Share of a cloud's points that are stray together, at most, and share of all stray ones."""
 
@@ -53,7 +53,9 @@ def without_loose_parts(frame: Frame) -> tuple[Frame, tuple[str, ...], int]:
         notes.append(f"has loose parts far from the body, which are left out: {int(stray.sum())} vertices")
         vertices = ~stray
         faces = vertices[frame.faces].all(axis=1)
-        frame = replace(frame, vertices=frame.vertices[vertices], faces=_renumbered(frame.faces[faces], vertices))
+        frame = replace(
+            frame, vertices=frame.vertices[vertices], faces=_renumbered(frame.faces[faces], vertices)
+        )
     return frame, tuple(notes), others
 
 
@@ -111,8 +113,8 @@ def _looked_at(frame: Frame) -> np.ndarray:
 
 
 def _is_no_part(points: np.ndarray, away: np.ndarray, near: np.ndarray, normal: np.ndarray) -> bool:
-    """Whether points in a plane are a floor or a wall: the body is on one side, stands on it or is in front of
-    it, and most of the plane is not under the body."""
+    """Whether points in a plane are a floor or a wall: the body is on one side, stands on it or is in front
+    of it, and most of the plane is not under the body."""
     rest = ~near
     if not rest.any() or min((away[rest] > 0).mean(), (away[rest] < 0).mean()) > _BEHIND:
         return False
@@ -130,7 +132,8 @@ def _is_no_part(points: np.ndarray, away: np.ndarray, near: np.ndarray, normal: 
 
 # ------------------------------------------------------------------------------------------- loose parts
 def _far(frame: Frame) -> tuple[np.ndarray, int]:
-    """``(V,)`` bool: vertices of what is small and far from the largest part; and how many others are far."""
+    """``(V,)`` bool: vertices of what is small and far from the largest part; and how many others are
+    far."""
     vertices, count = frame.vertices, len(frame.vertices)
     points = _looked_at(frame)
     size = 2.0 * float(np.percentile(np.linalg.norm(points - np.median(points, axis=0), axis=1), 90.0))
@@ -160,8 +163,8 @@ def _spacing(points: np.ndarray) -> float:
 
 
 def _clusters(points: np.ndarray, faces: np.ndarray, gap: float) -> np.ndarray:
-    """``(n,)`` numbers of clusters: what is in the same or in neighbouring cells as wide as the gap, or in one
-    face, is together."""
+    """``(n,)`` numbers of clusters: what is in the same or in neighbouring cells as wide as the gap, or in
+    one face, is together."""
     from scipy.sparse import coo_array  # type: ignore[import-untyped]
     from scipy.sparse.csgraph import connected_components  # type: ignore[import-untyped]
     from scipy.spatial import cKDTree
