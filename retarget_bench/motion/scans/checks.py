@@ -14,16 +14,14 @@ _DIRECTIONS, _SLICES = 64, 24
 _SHARE, _WIDE = 0.33, 0.7
 """Two bodies beside each other have each such a share of the points, and extend across the direction from
 one to the other as far as this, over how far each does along it and over what the other does."""
-_EMPTY, _UNCONNECTED = 0.15, 0.35
+_EMPTY = 0.15
 """Fullness of the slice between two bodies over that of the fullest on either side: 0.00 to 0.15 where
-hands touch or overlap, and at least 0.19 within a single body that squats, bows or jumps; and where no part
-of the mesh is on both sides."""
-_ACROSS = 0.05
-"""Share of vertices that parts may have on the other side nevertheless."""
-_CELL, _SPARSE, _SLIM = 0.03, 0.06, 4.0
+hands touch or overlap, and at least 0.19 within a single body that squats, bows or jumps."""
+_SLIM = 5.0
+"""How many times as wide as it is long the half may be; legs without a trunk are slimmer."""
+_CELL, _SPARSE = 0.03, 0.06
 """Of clouds, whose points may be vertices and lie closer in some places than in others: the size of the
-cells that they are thinned to one point of, over the largest extent; the fullness; and how many times as
-wide as it is long the half of a body may be, which vertices in rows may leave the middle of empty."""
+cells that they are thinned to one point of, over the largest extent; and the fullness."""
 _SQUARE = 0.2
 """Cosine of directions that count as across another."""
 TWO = "holds two bodies beside each other, or something as large; give each in a file of its own"
@@ -136,38 +134,27 @@ def check_one_body(frame: Frame, points: np.ndarray) -> None:
 
     points: ``(n, 3)`` on its surface. A single body is fullest in the middle, two are empty there.
     """
-    empty, slim = _EMPTY, np.inf
+    empty = _EMPTY
     if not len(frame.faces):
         cells = np.round(points / (_CELL * float(np.ptp(points, axis=0).max())))
         points = points[np.sort(np.unique(cells, axis=0, return_index=True)[1])]
-        empty, slim = _SPARSE, _SLIM
+        empty = _SPARSE
     ways = half_sphere(_DIRECTIONS)
     for way, along in zip(ways, (points @ ways.T).T, strict=True):
         across = points @ ways[np.abs(ways @ way) < _SQUARE].T
-        for cut, fullness in _valleys(along):
+        for cut in _valleys(along, empty):
             sides = along < cut, along >= cut
             lengths = [float(np.ptp(along[side])) for side in sides]
             widths = [float(np.ptp(across[side], axis=0).max()) for side in sides]
-            alike = min(widths) >= _WIDE * max(*lengths, *widths) and max(widths) <= slim * min(lengths)
-            if alike and (fullness <= empty or _parted(frame, frame.vertices @ way < cut)):
+            if min(widths) >= _WIDE * max(*lengths, *widths) and max(widths) <= _SLIM * min(lengths):
                 raise FileError(frame.path, TWO)
 
 
-def _valleys(along: np.ndarray) -> Iterator[tuple[float, float]]:
-    """Where a slice across some direction is nearly empty and both sides are full, and how full it is."""
+def _valleys(along: np.ndarray, empty: float) -> Iterator[float]:
+    """Middles of slices across some direction that are nearly empty, with many points on both sides."""
     counts, edges = np.histogram(along, _SLICES)
     before = np.cumsum(counts) / len(along)
     for slot in range(1, _SLICES - 1):
-        if _SHARE <= before[slot] <= 1.0 - _SHARE:
-            fullest = min(counts[:slot].max(), counts[slot + 1 :].max())
-            if counts[slot] <= _UNCONNECTED * fullest:
-                yield float(edges[slot] + edges[slot + 1]) / 2.0, float(counts[slot] / fullest)
-
-
-def _parted(frame: Frame, side: np.ndarray) -> bool:
-    """Whether all connected parts of a mesh are on one side each. side: ``(V,)`` bool."""
-    if not len(frame.faces):
-        return False
-    part = parts(merged(frame)[1])
-    of = np.stack([np.bincount(part, which[frame.faces[:, 0]]) for which in (side, ~side)])
-    return bool(of.min(axis=0).sum() <= _ACROSS * of.sum())
+        fullest = min(counts[:slot].max(), counts[slot + 1 :].max())
+        if _SHARE <= before[slot] <= 1.0 - _SHARE and counts[slot] <= empty * fullest:
+            yield float(edges[slot] + edges[slot + 1]) / 2.0

@@ -26,7 +26,8 @@ _SPARSE_GAP, _SPACED = 0.05, 5.0
 """The gap around stray points of a cloud: sizes of the body, and distances that one in twenty points is
 from its neighbour; the larger of both."""
 _STRAY, _FEW = 0.01, 0.1
-"""Share of a cloud's points that are stray together, at most, and share of all stray ones."""
+"""Share of a cloud's points that are stray together, at most, and share of the surface, or of a cloud's
+points, of all stray ones."""
 
 
 def without_loose_parts(frame: Frame) -> tuple[Frame, tuple[str, ...], int]:
@@ -151,7 +152,7 @@ def _far(frame: Frame) -> tuple[np.ndarray, int]:
     large = [each for each in others if _diagonal(vertices[cluster == each]) >= _SMALL * full]
     small = [each for each in others if each not in large and (not cloud or sizes[each] < _STRAY)]
     stray = np.isin(cluster, small)
-    if cloud and stray.mean() > _FEW:
+    if np.isin(of_points, small).mean() > _FEW:  # a body of loose parts
         stray[:] = False
     return stray, len(large)
 
