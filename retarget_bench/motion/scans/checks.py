@@ -136,7 +136,7 @@ def check_one_body(frame: Frame, points: np.ndarray) -> None:
     """
     empty = _EMPTY
     if not len(frame.faces):
-        cells = np.round(points / (_CELL * float(np.ptp(points, axis=0).max())))
+        cells = np.round(points / max(_CELL * float(np.ptp(points, axis=0).max()), 1e-12))
         points = points[np.sort(np.unique(cells, axis=0, return_index=True)[1])]
         empty = _SPARSE
     ways = half_sphere(_DIRECTIONS)
