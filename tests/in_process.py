@@ -13,7 +13,7 @@ import pytest
 
 from retarget_bench.api import Case, Context
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import plan, runner, shard_work
+from retarget_bench.evaluation import plan, runner, shard_work, timing
 from retarget_bench.evaluation.predict import Outcome, predict_all
 from retarget_bench.parallel import Done
 from retarget_bench.plugins import bound
@@ -110,6 +110,7 @@ def run_here(run_plan: plan.Plan) -> list[ResultPaths]:
 def _patch(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(runner, "Local", InThisProcess)
     patch.setattr(shard_work, "WorkerPool", PoolHere)
+    patch.setattr(timing, "ENOUGH_SECONDS", 0.0)  # speeds are not the point either
 
 
 def carried_out_here(function: Callable[[Any], Any], payloads: Sequence[Any], jobs: int) -> Iterator[Done]:

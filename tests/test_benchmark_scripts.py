@@ -60,6 +60,7 @@ def test_what_a_script_imports_is_there(script):
     assert [".".join(each) for each in every if not is_there(*each)] == []
 
 
+@pytest.mark.slow
 def test_every_script_begins():
     """Those that compare with other packages need these: they may be missing, and nothing else may."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

@@ -15,7 +15,6 @@ import pytest
 
 import retarget_bench as rb
 from retarget_bench import cli
-from retarget_bench.evaluation import timing
 from retarget_bench.motion.scans.writing import write_frames
 from retarget_bench.plugins import registry
 from retarget_bench.viewer import live
@@ -147,7 +146,6 @@ def folder(tmp_path_factory) -> Iterator[Path]:
     before, reader = Path.cwd(), tmp_path_factory.mktemp("reader")
     with without_processes(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(registry, "_FILES", {})
-        patch.setattr(timing, "ENOUGH_SECONDS", 0.0)
         patch.setattr(live.Window, "run", lambda window: None)
         patch.setenv("GITHUB_STEP_SUMMARY", str(reader / "summary.md"))
         os.chdir(reader)

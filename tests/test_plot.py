@@ -172,7 +172,13 @@ def test_bands_are_left_out_where_intervals_are_withheld(tmp_path, sections, fig
     assert [len(panel.collections) for panel in figures[0].axes] == [2, 3]
 
 
-@pytest.mark.parametrize("form", sorted(canvas.ENDINGS))
+@pytest.mark.parametrize(
+    "form",
+    [
+        pytest.param(form, marks=() if form == ".svg" else pytest.mark.slow)
+        for form in sorted(canvas.ENDINGS)
+    ],
+)
 def test_the_same_picture_is_the_same_file(tmp_path, sections, form):
     first, second = (tmp_path / f"{name}{form}" for name in "ab")
     for path in (first, second):

@@ -354,6 +354,7 @@ def test_a_method_may_be_named_by_its_module_or_class_but_not_be_an_object(monke
         run(str(FILES[0]))
 
 
+@pytest.mark.slow
 def test_a_plain_script_runs_with_worker_processes(tmp_path):
     """Worker processes do not run the script again, which is guarded by nothing."""
     script = tmp_path / "script.py"

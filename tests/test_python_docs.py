@@ -14,7 +14,6 @@ from typing import Any
 import pytest
 
 import retarget_bench as rb
-from retarget_bench.evaluation import timing
 from retarget_bench.motion import bvh
 from retarget_bench.plugins import registry
 from tests.in_process import without_processes
@@ -35,7 +34,6 @@ def folder(tmp_path_factory) -> Iterator[Path]:
     session = tmp_path_factory.mktemp("session")
     with without_processes(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(registry, "_FILES", {})
-        patch.setattr(timing, "ENOUGH_SECONDS", 0.0)
         os.chdir(session)
         yield session
         os.chdir(before)
@@ -72,6 +70,7 @@ def of(shown: dict[str, Any], *words: str) -> list[Any]:
     ]
 
 
+@pytest.mark.slow
 def test_the_notebook_answers_its_five_questions(shown, folder):
     best, user_rows = of(shown, "table().best()")
     assert list(best.columns) == ["cross", "intra", "self"]
@@ -99,6 +98,7 @@ def test_the_notebook_answers_its_five_questions(shown, folder):
     assert (folder / "report.html").stat().st_size > 100_000
 
 
+@pytest.mark.slow
 def test_what_a_notebook_shows_is_rich(shown):
     for value in shown.values():
         if value is not None and not isinstance(value, Path | str):
@@ -110,6 +110,7 @@ def test_what_a_notebook_shows_is_rich(shown):
     assert "body {" not in html
 
 
+@pytest.mark.slow
 def test_a_comparison_is_shown_in_lines_that_are_not_broken(shown):
     (compared,) = of(shown, 'compare("ik"')
     page = compared._repr_html_()
@@ -124,6 +125,7 @@ def test_the_notebook_is_stored_without_output():
             assert (cell["outputs"], cell["execution_count"]) == ([], None)
 
 
+@pytest.mark.slow
 def test_a_player_of_the_notebook_plays(shown, open_page, tmp_path):
     (player,) = of(shown, "results.show(")
     page = tmp_path / "notebook.html"
@@ -139,6 +141,7 @@ def test_a_player_of_the_notebook_plays(shown, open_page, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_the_examples_of_the_page_run(shown, folder, capsys):
     results = rb.load_results()
     for name in ("walk", "run"):

@@ -19,12 +19,17 @@ METHODS = [entry.name for entry in registry.names("methods") if entry.origin == 
 METHODS.remove("external")  # a program is to be named: engine/test_environments.py
 SMALL = {"nearest_frame": "nearest_frame[poses=40]"}
 """Methods that take long by default, with parameters by which they do not."""
-LONG = ("correspondence_free",)
-"""Takes a minute; what it is composed of is tried on its own."""
+LONG = (
+    *("correspondence_free", "npt", "nkn", "nkn_cross", "humot", "smrm", "nearest_frame"),
+    *("other_clip", "footfix"),
+)
+"""Methods and post-processors that take a second or more: others meet the same demands sooner."""
 POSTS = [entry.name for entry in registry.names("posts") if entry.origin == registry.BUILT_IN]
 METRICS = [entry.name for entry in registry.names("metrics") if entry.origin == registry.BUILT_IN]
 OF_MESHES = ("mesh_contact", "self_penetration", "vertex_error")
 """Metrics that look at every vertex, or every face, in every frame."""
+TRIED = ("position", "rotation", "contact", "touch", "path_fitted", "fid_structure", "vertex_error")
+"""Metrics of joints, of rotations, with labels, of touches, of pairs, of sets and of meshes."""
 
 
 @pytest.fixture
@@ -45,14 +50,19 @@ def test_built_in_methods_keep_the_contract(name):
     contract.assert_contract("methods", SMALL.get(name, name))
 
 
-@pytest.mark.parametrize("name", METRICS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if name in TRIED else pytest.mark.slow) for name in METRICS],
+)
 def test_built_in_metrics_keep_the_contract(name, monkeypatch):
     if name in OF_MESHES:
         monkeypatch.setattr(checks_of_metrics, "LENGTH", 20)
     contract.assert_contract("metrics", name)
 
 
-@pytest.mark.parametrize("name", POSTS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in POSTS]
+)
 def test_built_in_post_processes_keep_the_contract(name):
     contract.assert_contract("posts", name)
 

@@ -1,7 +1,7 @@
 """Correspondence-free retargeting: points of a moving body in, the vertices of another one out."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +15,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.training.learned_method import of_weights
 
 from .online import Networks, OnlineRetargeter, estimated_body
+from .posing import into_t_pose
 
 
 @dataclass(eq=False)
@@ -25,8 +26,8 @@ class CorrespondenceFree:
     2. SMRM carries their motion to the target's joints, frame by frame.
     3. SKIN gives every vertex of the target shares of the joints, and linear blend skinning moves it.
 
-    The source is points without order or correspondence. Of the target the mesh is used, in the pose that
-    it is given in, which has to be the T-pose, and neither skeleton nor skinning weights.
+    The source is points without order or correspondence. Of the target the mesh is used, and neither
+    skeleton nor skinning weights. A mesh in another pose is brought into the T-pose first (``posing.py``).
 
     The size of the source, by which SMRM measures lengths, is its legs', by all frames so far. Nothing
     looks ahead, and nothing is smoothed. Other rates than 30 frames per second are met between the
@@ -119,13 +120,17 @@ class CorrespondenceFree:
         places = estimated_body(joints[0]).positions(joints, source.fps)
         motion = online.motion(rates.at_thirty(places).positions)
         vertices = online.mesh.skinned(rates.back(motion, places))
-        return target.surface(vertices, source.fps)
+        return replace(target.surface(vertices, source.fps), notes=online.notes)
 
     def online(self, target: Character) -> OnlineRetargeter:
-        """A retargeter from a source to a target frame by frame, at the source's first frame."""
+        """A retargeter from a source to a target frame by frame, at the source's first frame.
+
+        Raises NotSupported where the pose of the target's mesh is not known.
+        """
         mesh = target.mesh
         assert mesh is not None, f"{target.name} was found unfit"
-        return OnlineRetargeter(self.networks, np.asarray(mesh.vertices), mesh.faces)
+        vertices, notes = into_t_pose(self.networks, np.asarray(mesh.vertices), mesh.faces)
+        return OnlineRetargeter(self.networks, vertices, mesh.faces, notes)
 
 
 plugin = CorrespondenceFree

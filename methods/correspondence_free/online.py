@@ -93,9 +93,12 @@ class OnlineRetargeter:
     Of the target the surface in T-pose is known and nothing else: SKR finds its joints, SKIN its weights.
     """
 
-    def __init__(self, networks: Networks, vertices: np.ndarray, faces: np.ndarray) -> None:
-        """vertices, faces: ``(V, 3)`` metres and ``(F, 3)`` of the target in T-pose, wherever it faces."""
-        self.networks, self.memory = networks, Memory()
+    def __init__(
+        self, networks: Networks, vertices: np.ndarray, faces: np.ndarray, notes: tuple[str, ...] = ()
+    ) -> None:
+        """vertices, faces: ``(V, 3)`` metres and ``(F, 3)`` of the target in T-pose, wherever it faces.
+        notes: on how it came into that pose."""
+        self.networks, self.memory, self.notes = networks, Memory(), notes
         joints = networks.skr.resting(vertices, faces).mean(axis=0)
         vertices, joints = _ahead(joints, vertices, joints)
         self.body = estimated_body(joints)

@@ -238,21 +238,23 @@ def _shares(differences: np.ndarray, draws: int, stages: np.ndarray | None = Non
     if not differences.size:
         return np.ones(len(differences))
     signs = _signs(differences.shape[1], draws)
-    blocks = (signs[start : start + FLIPS_AT_ONCE] for start in range(0, len(signs), FLIPS_AT_ONCE))
-    counts = sum((_at_least(block, differences, stages) for block in blocks), np.zeros(len(differences)))
+    counts, observed = np.zeros(len(differences)), None
+    for start in range(0, len(signs), FLIPS_AT_ONCE):
+        sizes = _flipped(signs[start : start + FLIPS_AT_ONCE], differences)
+        if observed is None:  # among the others: alone it is rounded otherwise, much so where clips agree
+            observed = sizes[0]
+        if stages is not None:
+            sizes = _greatest(sizes, stages)
+        # flips that give the observed statistic up to rounding count as giving it
+        counts += (sizes >= observed * (1 - 1e-9)).sum(axis=0)
     return counts / len(signs)
 
 
-def _at_least(signs: np.ndarray, differences: np.ndarray, stages: np.ndarray | None) -> np.ndarray:
-    """The number of these flips, by row, that count in ``_shares``."""
-    sizes = _flipped(signs, differences)
-    if stages is not None:
-        late_first = np.argsort(-stages, kind="stable")
-        greatest = np.maximum.accumulate(sizes[:, late_first], axis=1)
-        sizes = greatest[:, np.searchsorted(-stages[late_first], -stages, side="right") - 1]
-    # flips that give the observed statistic up to rounding count as giving it
-    counts: np.ndarray = (sizes >= _statistic(differences) * (1 - 1e-9)).sum(axis=0)
-    return counts
+def _greatest(sizes: np.ndarray, stages: np.ndarray) -> np.ndarray:
+    """``(flips, rows)``: the greatest of all rows of a row's stage or a later one."""
+    late_first = np.argsort(-stages, kind="stable")
+    greatest = np.maximum.accumulate(sizes[:, late_first], axis=1)
+    return np.asarray(greatest[:, np.searchsorted(-stages[late_first], -stages, side="right") - 1])
 
 
 def _statistic(differences: np.ndarray) -> np.ndarray:

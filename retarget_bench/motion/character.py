@@ -278,6 +278,7 @@ class Surface(_Frames):
     """A motion known by the vertices of the character's mesh only.
 
     vertices: ``(frames, V, 3)`` metres in the world (Y up), in the order of the mesh.
+    notes:    sentences on how it was made, such as another pose of the mesh.
 
     Raises SkeletonError where the character has no mesh, or one of another number of vertices.
     """
@@ -285,6 +286,7 @@ class Surface(_Frames):
     character: Character
     vertices: np.ndarray
     fps: float
+    notes: tuple[str, ...] = ()
     arrays = ("vertices",)
     kind = "surface"
 

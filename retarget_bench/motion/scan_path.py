@@ -28,7 +28,7 @@ def size(frames: Sequence[np.ndarray]) -> float:
     any direction in any frame. Of a body that never stretches it is too small, of one that lifts its arms
     too large.
     """
-    ways = _directions()
+    ways = half_sphere(_DIRECTIONS)
     return float(max(np.ptp(np.asarray(frame) @ ways.T, axis=0).max() for frame in frames))
 
 
@@ -48,9 +48,9 @@ def along(vertices: np.ndarray, frames: Sequence[np.ndarray], ratio: float) -> n
     return np.asarray(vertices + path[:, None])
 
 
-def _directions() -> np.ndarray:
-    """``(n, 3)`` unit vectors all over a half sphere (a Fibonacci lattice)."""
-    height = (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS
-    turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(_DIRECTIONS)
+def half_sphere(count: int) -> np.ndarray:
+    """``(count, 3)`` unit vectors all over a half sphere (a Fibonacci lattice)."""
+    height = (np.arange(count) + 0.5) / count
+    turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count)
     level = np.sqrt(1.0 - height**2)
     return np.stack([level * np.cos(turn), height, level * np.sin(turn)], axis=-1)

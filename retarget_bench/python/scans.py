@@ -31,6 +31,7 @@ FPS = 30.0
 class Surface(character.Surface):
     """A body's mesh in motion: ``vertices`` ``(frames, V, 3)`` in metres, Y up, and ``fps``.
 
+    notes: sentences on how it was made, such as a target that was brought into the T-pose.
     names: of the frames, as those of the source.
     """
 
@@ -66,11 +67,12 @@ def retarget_scans(
     target_up: str = "auto",
     seed: int = 0,
 ) -> Surface:
-    """Retarget a scanned motion to a mesh in T-pose: as many frames as the source, at its rate.
+    """Retarget a scanned motion to a mesh: as many frames as the source, at its rate.
 
     source: a folder of mesh or point files, one for each frame, or a file. target: a mesh file.
     method: one that takes points. fps: of the source, whose files do not say it. unit, up: as of
-    ``load_motion``; likewise of the target. Warnings name what is doubtful in the files. Raises BenchError
+    ``load_motion``; likewise of the target, which should be in T-pose: where a method brings it into one,
+    the result's notes and a warning say it. Warnings name what is doubtful in the files. Raises BenchError
     for files that cannot be read, and with the reason where the method gives no answer.
     """
     body = load_body(Path(target), Reading(unit=target_unit, up=target_up))
@@ -78,7 +80,10 @@ def retarget_scans(
     for findings in (scan.findings, body.findings):
         for warning in findings.warnings:
             warnings.warn(f"{findings.path}: {warning}", stacklevel=3)
-    return answer(scan.motion, body.character, method, seed, scan.findings.frames)
+    result = answer(scan.motion, body.character, method, seed, scan.findings.frames)
+    for note in result.notes:
+        warnings.warn(f"{body.findings.path}: {note}", stacklevel=3)
+    return result
 
 
 def answer(
@@ -94,9 +99,9 @@ def answer(
     if isinstance(prediction, character.Positions):
         raise BenchError(f"{spec} answers joints alone; ask a method that answers a surface")
     if isinstance(prediction, character.Surface):
-        return Surface(target, prediction.vertices, prediction.fps, names)
+        return Surface(target, prediction.vertices, prediction.fps, prediction.notes, names)
     assert target.mesh is not None
-    return Surface(target, target.mesh.skinned(prediction), prediction.fps, names)
+    return Surface(target, target.mesh.skinned(prediction), prediction.fps, names=names)
 
 
 def check_pair(source: Path, target: Path) -> bool:

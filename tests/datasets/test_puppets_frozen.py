@@ -267,6 +267,7 @@ def test_a_run_imports_nothing_of_the_generator_and_keeps_nothing(tmp_path: Path
     assert len([*(tmp_path / "runs").rglob("copy_rotations/*.npz")]) >= 6
 
 
+@pytest.mark.slow
 def test_retargeting_a_file_imports_none_of_the_puppets(tmp_path: Path) -> None:
     data = Puppets()
     case = data.load(data.cases("retarget", "cross")[0])

@@ -270,6 +270,7 @@ def test_the_engine_finds_them() -> None:
     assert optional.training_pairs(object()) is None
 
 
+@pytest.mark.slow
 def test_all_is_made_beforehand(cache: Path) -> None:
     """``bench train --prepare`` leaves nothing to be solved, and a second time has nothing to do."""
     result = CliRunner().invoke(command, ["--prepare", "-d", "puppets[bodies=3]", "-j", "2"])

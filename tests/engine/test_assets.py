@@ -99,6 +99,7 @@ def test_what_a_file_beside_the_module_holds_is_part_of_the_key(bench, in_proces
     assert after["method"]["trained_on"] == {"characters": ["ann"], "structures": ["puppet"]}
 
 
+@pytest.mark.slow
 def test_a_path_by_parameter_counts_by_what_lies_there(bench, tmp_path):
     """Relative to where the command runs, while the method runs elsewhere."""
     plugin = written(tmp_path, "where")

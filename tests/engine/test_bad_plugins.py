@@ -104,7 +104,7 @@ def test_what_a_metric_does_wrong_costs_its_own_values_of_that_answer(tmp_path, 
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("does", ENDING)
+@pytest.mark.parametrize("does", [pytest.param("exit", marks=pytest.mark.slow), "segfault"])
 def test_a_metric_that_ends_its_process_likewise(tmp_path, without, does):
     metrics = (ORDERLY[0], f"sway[does={does}]", ORDERLY[1])
     results = carry_out(tmp_path, *METHODS, metrics=metrics, jobs=2)

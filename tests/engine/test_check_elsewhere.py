@@ -12,6 +12,7 @@ TOYS = Path(__file__).parent / "toys"
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.mark.slow
 def test_a_repository_of_its_own_with_a_plugin_file(tmp_path):
     """As in docs/check.md: the real command, elsewhere, twice."""
     (tmp_path / "mine.py").write_text((TOYS / "toy_learner.py").read_text().replace("toy_learner", "mine"))

@@ -19,6 +19,7 @@ from retarget_bench.evaluation.prediction import launch
 from retarget_bench.evaluation.prediction.limits import LONGEST_LOG
 from retarget_bench.plugins import registry
 from retarget_bench.results import store
+from tests.in_process import run_here
 
 HERE = Path(__file__).parent
 HONEST = ("copy_rotations", "toy_method")
@@ -48,6 +49,8 @@ ATTACKS = {
     "shared": ("ok", ""),
 }
 MEMORIES = ("remember", "remember_batches")
+QUICK = ("frame", "gc", "setflags", "patch", "print", "folders", "leave", "crash", "tamper", "shared")
+"""Attacks that cost neither a time limit nor the process that scores."""
 LIMITS = {"timeout": 4.0, "memory": 0.25, "clips": 1, "jobs": 2}
 
 
@@ -58,28 +61,23 @@ def _plugins():
     registry.add_file(HERE / "red_team" / "hostile.py")
 
 
-@pytest.fixture(scope="module")
-def battle(tmp_path_factory, module_patch):
-    """The folder of a run with all attacks (``with``), of one without, and of what they were run in."""
-    module_patch.setattr(local, "SILENCE", 6.0)
+@pytest.fixture(
+    scope="module",
+    params=[QUICK, pytest.param(tuple(ATTACKS), marks=pytest.mark.slow)],
+    ids=["quick", "all"],
+)
+def battle(request, tmp_path_factory):
+    """The folder of a run with attacks (``with``), of one without, and of what they were run in."""
     folder = tmp_path_factory.mktemp("red-team")
-    before = Path.cwd()
     (folder / "at-home").mkdir()
-    os.chdir(folder / "at-home")
-    Path("precious.txt").write_text("mine")
-    try:
-        attacks = [f"hostile[does={does}]" for does in (*ATTACKS, *MEMORIES)]
-        runner.run(asked(folder / "with", *attacks, *HONEST, **LIMITS), lambda done, total: None)
-        runner.run(asked(folder / "without", *HONEST, **LIMITS), lambda done, total: None)
-    finally:
-        os.chdir(before)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def module_patch():
     with pytest.MonkeyPatch.context() as patch:
-        yield patch
+        patch.setattr(local, "SILENCE", 6.0)
+        patch.chdir(folder / "at-home")
+        Path("precious.txt").write_text("mine")
+        attacks = [f"hostile[does={does}]" for does in (*request.param, *MEMORIES)]
+        runner.run(asked(folder / "with", *attacks, *HONEST, **LIMITS), lambda done, total: None)
+    run_here(asked(folder / "without", *HONEST, **LIMITS))
+    return folder
 
 
 def _results(root: Path) -> dict[str, store.Results]:
@@ -87,12 +85,13 @@ def _results(root: Path) -> dict[str, store.Results]:
     return {each.header.method.label: each for each in read}
 
 
-@pytest.mark.parametrize("does", ATTACKS)
-def test_an_attack_has_its_own_status(battle, does):
-    status, words = ATTACKS[does]
-    entries = _results(battle / "with")[f"hostile[does={does}]"].entries
-    assert {each.status for each in entries} == {status}, {each.message for each in entries}
-    assert [each.message for each in entries if words not in each.message] == []
+def test_an_attack_has_its_own_status(battle, request):
+    results = _results(battle / "with")
+    for does in request.node.callspec.params["battle"]:
+        status, words = ATTACKS[does]
+        entries = results[f"hostile[does={does}]"].entries
+        assert {each.status for each in entries} == {status}, (does, {each.message for each in entries})
+        assert [each.message for each in entries if words not in each.message] == []
 
 
 @pytest.mark.parametrize("method", HONEST)
@@ -121,7 +120,7 @@ def test_what_was_shown_before_is_forgotten(battle, does):
 @pytest.mark.parametrize(
     ("does", "isolate"),
     [
-        ("files", ""),
+        ("files", "env FREE=1"),
         pytest.param("places", "bwrap", marks=pytest.mark.skipif(not which("bwrap"), reason="needs bwrap")),
     ],
 )
@@ -194,7 +193,7 @@ def test_folders_of_killed_runs_are_removed_by_the_next(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("prefix", "status"),
     [
-        ("env FREE=1", "ok"),
+        pytest.param("env FREE=1", "ok", marks=pytest.mark.slow),
         pytest.param("bwrap", "failed", marks=pytest.mark.skipif(not which("bwrap"), reason="needs bwrap")),
     ],
 )
@@ -225,6 +224,7 @@ def test_a_command_that_is_none_or_not_there_is_told(tmp_path, command, words):
         runner.run(asked(tmp_path, "copy_rotations", isolate=command), lambda done, total: None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", ["", f"@{sys.executable}"], ids=["forked", "elsewhere"])
 def test_a_hanging_method_ends_with_a_run_that_is_killed(tmp_path, where):
     """All processes but that of the method are killed at once."""

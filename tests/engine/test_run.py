@@ -259,7 +259,8 @@ def test_what_a_killed_process_was_writing_is_removed(tmp_path):
     assert [path.exists() for path in others] == [True] * 2
 
 
-@pytest.mark.parametrize(("kills", "clips"), [(2, 16), pytest.param(20, 40, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("kills", "clips"), [(2, 16), (20, 40)])
 def test_killed_at_random_moments_gives_the_same_bytes(tmp_path, kills, clips):
     """SIGKILL to the whole run, again and again, then one run to the end."""
     method, data = TOYS / "toy_method.py", TOYS / "toy_cases.py"

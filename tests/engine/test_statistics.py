@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from clip_simulation import OWN, RECKLESS, STEADY, errors, failures
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import optimize, stats
@@ -44,6 +44,7 @@ def by_brute_force(differences: np.ndarray) -> float:
 
 @examples(60)
 @given(SIZES)
+@example(np.array([[3.75, 3.625, 3.695, 3.688]]))  # agree so well that their spread is lost in rounding
 def test_few_clips_give_exactly_the_share_of_all_flips(differences):
     assert statistics.sign_flip(differences)[0] == by_brute_force(differences[0])
 
@@ -151,7 +152,7 @@ def test_equal_means_have_an_interval_of_no_width():
     assert statistics.paired_intervals(np.full((1, 20), 3.0)) == [statistics.Interval(3.0, 3.0)]
 
 
-@pytest.mark.parametrize("clips", [10, 13, 30])
+@pytest.mark.parametrize("clips", [10, 13, pytest.param(30, marks=pytest.mark.slow)])
 def test_paired_intervals_hold_what_the_test_does_not_reject(clips):
     differences = np.random.default_rng(clips).gamma(1.0, 1.0, (6, clips)) - 0.8
     for row, interval in zip(differences, statistics.paired_intervals(differences), strict=True):
@@ -295,20 +296,28 @@ def test_no_number_of_clips_shows_no_difference_and_clearer_ones_need_fewer():
 
 # --------------------------------------------------------------------------------------- known truth
 REPEATS = 4000
+FEWER_REPEATS = 1000
 
 
-def false_alarms(clips: int, methods: tuple[tuple[float, float], ...], seed: int) -> float:
-    first, second = errors(np.random.default_rng(seed), REPEATS, clips, methods)
+def false_alarms(
+    clips: int, methods: tuple[tuple[float, float], ...], seed: int, repeats: int = REPEATS
+) -> float:
+    first, second = errors(np.random.default_rng(seed), repeats, clips, methods)
     return float((statistics.sign_flip(first - second) < 0.05).mean())
 
 
 EQUALS = {"alike": (OWN, OWN), "unlike": (OWN, STEADY), "one reckless": (RECKLESS, STEADY)}
 
 
+def test_equal_methods_are_told_apart_one_time_in_twenty():
+    """Fifty clips, the pairs per clip and the skew of real results; the pair that errs most often."""
+    assert 0.04 <= false_alarms(50, EQUALS["one reckless"], 1, FEWER_REPEATS) <= 0.065
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("methods", EQUALS.values(), ids=EQUALS)
-def test_equal_methods_are_told_apart_one_time_in_twenty(methods):
-    """Fifty clips, the pairs per clip and the skew of real results; 4,000 repeats. Larger and smaller
-    numbers of clips: ``benchmarks/statistics_calibration.py``."""
+def test_so_it_is_with_more_repeats(methods):
+    """Larger and smaller numbers of clips: ``benchmarks/statistics_calibration.py``."""
     assert 0.04 <= false_alarms(50, methods, seed=1) <= 0.065
 
 
@@ -327,7 +336,7 @@ def failing(clips: int, repeats: int) -> tuple[np.ndarray, np.ndarray]:
     return statistics.sign_flip(factors * first - second), (factors > 1).any(axis=1)
 
 
-@pytest.mark.parametrize("clips", [13, 43])
+@pytest.mark.parametrize("clips", [13, pytest.param(43, marks=pytest.mark.slow)])
 def test_false_alarms_by_rare_failures_are_samples_without_any(clips):
     p, without_failures = failing(clips, 800)
     assert (p[without_failures] < 0.05).mean() <= 0.05
@@ -341,7 +350,9 @@ def test_verdicts_without_reserve_hold_with_rare_failures(clips):
     assert (failing(clips, REPEATS)[0] < 0.05).mean() <= 0.06
 
 
-@pytest.mark.parametrize(("share", "documented"), [(0.1, 0.309), (0.2, 0.827)])
+@pytest.mark.parametrize(
+    ("share", "documented"), [pytest.param(0.1, 0.309, marks=pytest.mark.slow), (0.2, 0.827)]
+)
 def test_methods_that_differ_are_told_apart_as_often_as_the_docs_say(share, documented):
     """Errors smaller by this share, 43 clips: docs/tables.md, with other random numbers."""
     repeats = 1000
@@ -356,6 +367,7 @@ def test_intervals_cover_the_truth_nineteen_times_in_twenty():
     assert 0.94 <= np.mean(covered) <= 0.96
 
 
+@pytest.mark.slow
 def test_equal_methods_share_the_first_place_in_nineteen_tables_of_twenty():
     """Of eight equal methods somebody is told from the best."""
     samples = errors(np.random.default_rng(4), 400, 50, (OWN,) * 8)

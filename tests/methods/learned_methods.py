@@ -140,17 +140,17 @@ LEARNED: Mapping[str, Learned] = {
         resting=("skeleton.layers.1.",),
     ),
     "nkn": Learned(
-        lambda: nkn_toys.training_module(Nkn(hidden=16, facing=3.0)),
+        lambda: nkn_toys.training_module(Nkn(hidden=16, facing=3.0), window=8),
         TOYS.__getitem__,
         KINEMATIC,
     ),
     "nkn[variant=released]": Learned(
-        lambda: nkn_toys.training_module(Nkn(**{"hidden": 16, **Nkn.card.published[0]})),
+        lambda: nkn_toys.training_module(Nkn(**{"hidden": 16, **Nkn.card.published[0]}), window=8),
         TOYS.__getitem__,
         KINEMATIC,
     ),
     "nkn_cross": Learned(
-        lambda: nkn_toys.training_module(NknCross(hidden=12, facing=3.0), cast=nkn_toys.STRUCTURES),
+        lambda: nkn_toys.training_module(NknCross(hidden=12, facing=3.0), 6, cast=nkn_toys.STRUCTURES),
         nkn_toys.STRUCTURES.__getitem__,
         CROSS,
         seeds=6,
@@ -166,7 +166,7 @@ LEARNED: Mapping[str, Learned] = {
         KINEMATIC,
     ),
     "pmnet_cross": Learned(
-        lambda: nkn_toys.training_module(PmnetCross(hidden=12, facing=3.0), cast=nkn_toys.STRUCTURES),
+        lambda: nkn_toys.training_module(PmnetCross(hidden=12, facing=3.0), 8, cast=nkn_toys.STRUCTURES),
         nkn_toys.STRUCTURES.__getitem__,
         CROSS,
         seeds=6,

@@ -79,6 +79,7 @@ def test_mirroring_a_set_in_which_everybody_leans_to_the_left_is_noticed(puppets
     assert mirrored.kid > floor.kid
 
 
+@pytest.mark.slow
 def test_running_a_set_in_which_everybody_walks_on_backwards_is_noticed(puppets):
     study = Study(puppets, "body22", 24, brisk)
     floor, backwards = study.notice(), study.notice(reverse, 1.0)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 import itertools
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
-import roma
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
@@ -48,6 +49,12 @@ def unit(v: np.ndarray) -> np.ndarray:
 
 
 # ----------------------------------------------------------------------------- against other libraries
+@pytest.fixture
+def roma() -> Any:
+    """Imported late: it brings torch's compiler, seconds of all processes that collect tests."""
+    return importlib.import_module("roma")
+
+
 def test_products_and_conversions_agree_with_scipy() -> None:
     a, b = random_quaternions(200, 1), random_quaternions(200, 2)
     v = np.random.default_rng(3).normal(size=(200, 3))
@@ -80,7 +87,7 @@ def test_slerp_agrees_with_scipy() -> None:
     assert same_rotation(rotation.slerp(a, -b, shares), expected), "the shorter way, whatever the signs"
 
 
-def test_tensors_agree_with_roma() -> None:
+def test_tensors_agree_with_roma(roma: Any) -> None:
     a, b = (torch.tensor(random_quaternions(200, seed)) for seed in (6, 7))
     last = [1, 2, 3, 0]  # roma has w last
     product = roma.quat_product(a[:, last], b[:, last])
@@ -93,7 +100,7 @@ def test_tensors_agree_with_roma() -> None:
     assert rotation.angle(rotation.slerp(a, b, 0.3)[:, last], middle).max() < 1e-12
 
 
-def test_gradients_agree_with_roma() -> None:
+def test_gradients_agree_with_roma(roma: Any) -> None:
     v = torch.tensor(np.random.default_rng(8).normal(size=(50, 3)), requires_grad=True)
     weights = torch.tensor(np.random.default_rng(9).normal(size=(50, 3, 3)))
     own = rotation.to_matrix(rotation.from_rotation_vector(v))

@@ -195,13 +195,103 @@ def test_vertices_that_are_not_finite_are_refused(tmp_path, mesh, value):
             load(tmp_path / "bad.ply")
 
 
-def test_two_bodies_are_refused(tmp_path, mesh):
-    two = np.concatenate([mesh.vertices, mesh.vertices + np.array([1.0, 0.0, 1.0])])
-    faces = np.concatenate([mesh.faces, mesh.faces + len(mesh.vertices)])
-    path = written(tmp_path / "two.obj", two, faces)
+def joined(*meshes: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and faces of several meshes in one."""
+    before = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
+    faces = [each + first for (_, each), first in zip(meshes, before[:-1], strict=True)]
+    return np.concatenate([vertices for vertices, _ in meshes]), np.concatenate(faces)
+
+
+@pytest.mark.parametrize(
+    "beside",
+    [pytest.param(1.4, id="apart"), pytest.param(1.0, id="touching"), pytest.param(0.92, id="overlapping")],
+)
+def test_two_bodies_are_refused_whether_their_hands_touch_or_not(tmp_path, mesh, beside):
+    """beside: widths of the body from one to the other."""
+    shift = np.array([beside * np.ptp(mesh.vertices[:, 0]), 0.0, 0.05])
+    two = joined((mesh.vertices, mesh.faces), (mesh.vertices + shift, mesh.faces))
+    path = written(tmp_path / "two.obj", *two)
     for load in (load_scan, load_body):
-        with pytest.raises(FileError, match=r"two\.obj: holds 2 bodies beside each other"):
+        with pytest.raises(FileError, match=r"two\.obj: holds two bodies beside each other.*of its own"):
             load(path)
+    (tmp_path / "two.ply").write_bytes(ply(two[0], np.zeros((0, 3))))
+    with pytest.raises(FileError, match="holds two bodies"):
+        load_scan(tmp_path / "two.ply")
+
+
+@pytest.mark.slow
+def test_a_single_body_in_motion_is_not_two(tmp_path):
+    data = registry.create("datasets", "puppets[size=tiny]")
+    infos = {info.clip.partition("-")[0]: info for info in data.cases("retarget", "self")}
+    assert len(infos) > 3
+    for name, info in infos.items():
+        motion = data.load(info).source
+        low = int(motion.root[:, 1].argmin())  # sitting, bent or lying
+        body = motion.character.mesh
+        path = tmp_path / f"{name}.ply"
+        path.write_bytes(ply(body.skinned(motion.at(slice(low, low + 1)))[0], body.faces))
+        assert load_scan(path).findings.notes == ()
+
+
+FLOOR = np.array([[-2.0, 0, -2.0], [2.0, 0, -2.0], [2.0, 0, 2.0], [-2.0, 0, 2.0]])
+QUAD = np.array([[0, 2, 1], [0, 3, 2]])
+
+
+@pytest.mark.parametrize("up", ["y", "z"])
+@pytest.mark.parametrize("plane", ["floor", "wall"])
+def test_a_floor_or_a_wall_is_left_out_and_told(tmp_path, mesh, plane, up):
+    flat = FLOOR + np.array([0.0, mesh.vertices[:, 1].min(), 0.0])
+    if plane == "wall":
+        flat = FLOOR[:, [0, 2, 1]] + [0.0, 0.9, mesh.vertices[:, 2].min() - 0.3]
+    vertices, faces = joined((mesh.vertices, mesh.faces), (flat, QUAD))
+    if up == "z":
+        vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+    body = load_body(written(tmp_path / "room.ply", vertices, faces))
+    assert body.findings.up == up
+    assert body.findings.notes == ("the mesh has a floor or a wall, which is left out: 2 faces",)
+    np.testing.assert_allclose(body.character.mesh.vertices, mesh.vertices, atol=1e-5)
+    np.testing.assert_array_equal(body.character.mesh.faces, mesh.faces)
+    scan = load_scan(tmp_path / "room.ply")
+    assert np.ptp(scan.motion.points[0][:, 1]) == pytest.approx(np.ptp(mesh.vertices[:, 1]), rel=0.02)
+
+
+def test_stray_points_of_a_cloud_are_left_out_and_told(tmp_path, mesh):
+    numbers = np.random.default_rng(0)
+    points = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).sample(4000, seed=0)
+    stray = numbers.uniform(-1.0, 1.0, (20, 3)) * 4.0
+    away = np.linalg.norm(stray[:, None] - points[::20], axis=2).min(axis=1) > 0.5
+    (tmp_path / "cloud.ply").write_bytes(ply(np.concatenate([points, stray[away]]), np.zeros((0, 3))))
+    scan = load_scan(tmp_path / "cloud.ply")
+    assert scan.findings.up == "y"
+    assert scan.findings.height == pytest.approx(np.ptp(points[:, 1]), rel=0.02)
+    told = f"has loose parts far from the body, which are left out: {away.sum()} vertices"
+    assert f"the mesh {told}" in scan.findings.notes
+
+
+def test_small_parts_far_away_are_left_out_and_near_ones_kept(tmp_path, mesh):
+    ball = trimesh.creation.icosphere(1, 0.1)
+    near = ball.vertices + np.array([0.0, mesh.vertices[:, 1].max() + 0.1, 0.0])  # hair, a hat
+    far = ball.vertices + np.array([1.8, 2.5, 0.5])
+    vertices, faces = joined((mesh.vertices, mesh.faces), (near, ball.faces), (far, ball.faces))
+    body = load_body(written(tmp_path / "body.ply", vertices, faces))
+    count = len(mesh.vertices) + len(near)
+    np.testing.assert_allclose(body.character.mesh.vertices, vertices[:count], atol=1e-5)
+    assert body.findings.notes == (
+        f"the mesh has loose parts far from the body, which are left out: {len(far)} vertices",
+        "the mesh has 2 parts that are not connected",
+    )
+
+
+@pytest.mark.parametrize(("axis", "sign"), [(1, 1), (1, -1), (0, 1), (2, 1)])
+def test_a_body_of_which_half_is_missing_is_told(tmp_path, mesh, axis, sign):
+    """Its lower or upper half, one side, or its back."""
+    middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
+    middle[1] += 0.05 * np.ptp(mesh.vertices[:, 1])  # the waist
+    kept = (sign * (mesh.vertices - middle)[mesh.faces][:, :, axis] > 0).all(axis=1)
+    path = written(tmp_path / "half.ply", mesh.vertices, mesh.faces[kept])
+    for load in (load_scan, load_body):
+        first, *_ = load(path).findings.notes
+        assert first.startswith("the mesh lacks a part of the body, such as its half or its back")
 
 
 @pytest.mark.parametrize(

@@ -55,6 +55,7 @@ def rows(folder):
     return [{name: text for name, text in row.items() if name != "seconds"} for row in log.read(folder)]
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path, monkeypatch, capsys):
     toy_run("whole")
     cut = tmp_path / "cut"

@@ -44,6 +44,8 @@ def retarget(job: Job) -> int:
     moved = scans.answer(scan.motion, body.character, method, options.seed, scan.findings.frames)
     moved.save(job.out)
     if not options.quiet:
+        for note in moved.notes:
+            echo(f"{target.path}: {note}", err=True)
         echo(
             f"{job.out}: {counted_frames(moved.frames)} of {source.path.name} at {fps:g} per second on the "
             f"mesh of {target.path.name}, by {method}; {source.path.name}: {scans.facts(scan.findings)}; "

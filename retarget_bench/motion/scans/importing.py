@@ -11,7 +11,8 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.reading import UNITS, Reading
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.point_sets import PointSets, unknown_body
-from retarget_bench.motion.scans.checks import check_numbers, topology
+from retarget_bench.motion.scans.checks import TWO, check_numbers, check_one_body, topology
+from retarget_bench.motion.scans.loose import without_loose_parts
 from retarget_bench.motion.scans.orientation import unit_of, up_axis, upright
 from retarget_bench.motion.scans.reading import Frame, files_of, frames_of
 from retarget_bench.motion.surface_sampling import sampled, uniform
@@ -94,7 +95,7 @@ def load_scan(
     notes: dict[str, list[str]] = {}
     files = len(files_of(path))
     for number, frame in enumerate(frames_of(path)):
-        points, remarks = _points(frame, number)
+        points, _, remarks = _points(frame, number)
         drawn.append(points)
         names.append(frame.name)
         for each in remarks:
@@ -122,7 +123,7 @@ def load_body(path: str | Path, reading: Reading = Reading()) -> ImportedBody:
         raise FileError(path, f"holds {1 + len(others)} frames; a target is one mesh")
     if not len(first.faces):
         raise FileError(path, "has no faces; a target needs a surface")
-    points, notes = _points(first, 0)
+    points, first, notes = _points(first, 0)
     sentences = [f"the mesh {note}" for note in notes]
     findings = _findings(path, [points], reading, [first.name], sentences)
     vertices = upright(first.vertices, findings.up, findings.unit[1])
@@ -132,9 +133,19 @@ def load_body(path: str | Path, reading: Reading = Reading()) -> ImportedBody:
     return ImportedBody(replace(body, measures=tall, skin=lambda: mesh), findings)
 
 
-def _points(frame: Frame, number: int) -> tuple[np.ndarray, tuple[str, ...]]:
-    """``(points, 3)`` on the surface of a frame in its file's unit, and notes on it."""
+def _points(frame: Frame, number: int) -> tuple[np.ndarray, Frame, tuple[str, ...]]:
+    """``(points, 3)`` on the surface of a frame in its file's unit, the frame without what is no part of
+    the body, and notes on it."""
     check_numbers(frame)
+    frame, left_out, others = without_loose_parts(frame)
+    if others:
+        raise FileError(frame.path, TWO)
+    points, notes = _drawn(frame, number)
+    check_one_body(frame, points)
+    return points, frame, (*left_out, *notes)
+
+
+def _drawn(frame: Frame, number: int) -> tuple[np.ndarray, tuple[str, ...]]:
     if not len(frame.faces):
         numbers = uniform(number, min(POINTS, len(frame.vertices)))
         chosen = np.floor(numbers * len(frame.vertices)).astype(int)
