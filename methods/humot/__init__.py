@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retarget_bench.api import Ablation, Context, Method, MethodCard, Prediction
+from retarget_bench.api import Ablation, Context, MethodCard, Prediction
 from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
-from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig, on_gpu
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
 from .features import body, unfit
-from .settings import DESIGNS, DIFFERS, PARAMETERS, PUBLISHED, Overrides, Settings, Variant
+from .settings import DESIGNS, DIFFERS, PUBLISHED, HumotConfig
 
 if TYPE_CHECKING:
-    from torch import Tensor
-
     from .network import Autoencoder
     from .training import HumotTraining
 
@@ -85,7 +81,21 @@ class HuMoT(LearnedMethod):
     windows: ``overlapping`` by half, as long as those of training, faded into each other; or ``whole``.
     """
 
+    Config = HumotConfig
+    config: HumotConfig
+    answering = ("root_rule", "windows")
     ablations = ABLATIONS
+    card = MethodCard(
+        name="humot",
+        title="HuMoT",
+        summary="One autoencoder for all skeletons, also for those never trained on: positions",
+        version="1",
+        paper="Mourot, Hoyet, Le Clerc, Hellier: HuMoT: Human Motion Representation using "
+        "Topology-Agnostic Transformers for Character Animation Retargeting, 2023",
+        published=({**PUBLISHED, "variant": "text"}, {**PUBLISHED, "variant": "paper_count"}),
+        differs=DIFFERS,
+        accepts=("motion", "positions"),
+    )
     presets: Mapping[str, TrainingConfig] = {
         "paper": TrainingConfig(
             steps=10_000_000,
@@ -108,55 +118,29 @@ class HuMoT(LearnedMethod):
         ),
     }
 
-    def __init__(
-        self, variant: Variant = "small", weights: str = "puppets", **overrides: Annotated[Any, Overrides]
-    ) -> None:
-        super().__init__(weights)
-        options = asdict(Overrides(**overrides))
-        self.variant, self.windows = variant, options.pop("windows")
-        self.root_rule = root_rules.check(options.pop("root_rule"), root_rules.SCALING_RULES)
-        self.settings = Settings(**options)
-        self.card = MethodCard(
-            name="humot",
-            title="HuMoT",
-            summary="One autoencoder for all skeletons, also for those never trained on: positions",
-            version="1",
-            paper="Mourot, Hoyet, Le Clerc, Hellier: HuMoT: Human Motion Representation using "
-            "Topology-Agnostic Transformers for Character Animation Retargeting, 2023",
-            published=tuple({**PUBLISHED, "variant": variant} for variant in ("text", "paper_count")),
-            differs=DIFFERS,
-            accepts=("motion", "positions"),
-            parameters=PARAMETERS,
-        )
-
     # ---------------------------------------------------------------------------------------- training
-    def facts(self) -> Mapping[str, Scalar]:
-        return {"variant": self.variant, **asdict(self.settings)}
-
     def unfit(self, character: Character) -> str:
         return unfit(character)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         own = body(motion.character)
-        turns = {"turns": own.turns(motion)} if self.settings.slanted else {}
+        turns = {"turns": own.turns(motion)} if self.config.slanted else {}
         return {"places": own.see(motion), **turns}
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> HumotTraining:
         from .training import HumotTraining
 
-        def trained(tensors: Mapping[str, Tensor]) -> Method:
-            options = {"windows": self.windows, "root_rule": self.root_rule, **self.facts()}
-            return type(self)(**options).using(tensors)
-
         bodies = {name: body(training_data.characters[name]) for name in training_data.clips}
-        return HumotTraining(training_data, config, bodies, DESIGNS[self.variant], self.settings, trained)
+        return HumotTraining(
+            training_data, config, bodies, DESIGNS[self.config.variant], self.config, self.using
+        )
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
         if self.untrained:
             return self.untrained
         why = unfit(source, read=True) or unfit(target)
-        return why or root_rules.reason(self.root_rule, source, target)
+        return why or root_rules.reason(self.config.root_rule, source, target)
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
         return self.retarget_batch([source], [target], contexts=[context])[0]
@@ -170,16 +154,16 @@ class HuMoT(LearnedMethod):
         if not sources:
             return []
         pairs = zip(sources, targets, strict=True)
-        questions = [Question.of(*pair, self.root_rule, self.settings.sized) for pair in pairs]
+        questions = [Question.of(*pair, self.config.root_rule, self.config.sized) for pair in pairs]
         return retargeted(
-            self._network.to(contexts[0].device), questions, self.windows, self.settings.facing
+            self._network.to(contexts[0].device), questions, self.config.windows, self.config.facing
         )
 
     @cached_property
     def _network(self) -> Autoencoder:
         from .network import Autoencoder
 
-        network = Autoencoder(DESIGNS[self.variant])
+        network = Autoencoder(DESIGNS[self.config.variant])
         network.load(self.tensors)
         return network.eval()
 

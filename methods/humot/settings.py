@@ -76,21 +76,44 @@ DESIGNS: Mapping[Variant, Design] = {"small": SMALL, "text": TEXT, "paper_count"
 
 
 @dataclass(frozen=True)
-class Overrides:
-    """Parameters of HuMoT."""
+class HumotConfig:
+    """Raises BenchError where a number is out of range."""
 
-    subsampling: bool = True
-    consistency: float = 0.5
-    facing: bool = True
-    sized: bool = True
-    varied: bool = True
-    slanted: bool = False
-    turned: bool = False
-    mirrored: bool = True
-    hop: int = 6
-    split: Split = "clip"
+    variant: Variant = "small"
+    """small, text (the appendix by the letter) or paper_count (2,475,511 parameters)"""
     root_rule: root_rules.ScalingRule = "hip_height"
+    """length whose ratio scales the path of the hips"""
     windows: Windows = "overlapping"
+    """overlapping windows of 30 frames, or whole clips"""
+    weights: str = "puppets"
+    """name of shipped weights, or a path to others"""
+    subsampling: bool = True
+    """false: without stochastic joint subsampling (no SJS)"""
+    consistency: float = 0.5
+    """weight of the consistency of bone lengths (0: no BLC)"""
+    facing: bool = True
+    """windows go through the networks turned ahead (false: as the paper)"""
+    sized: bool = True
+    """bodies go through the networks in one size (false: as the paper)"""
+    varied: bool = True
+    """training has bodies of other proportions, too, and limbs held otherwise"""
+    slanted: bool = False
+    """training has bodies whose bones slant otherwise in the reference pose, too"""
+    turned: bool = False
+    """training windows are turned about the vertical axis at random"""
+    mirrored: bool = True
+    """every other training window is mirrored"""
+    hop: int = 6
+    """frames between the starts of training windows"""
+    split: Split = "clip"
+    """chunk: a tenth of every training clip's windows is kept aside, as in the paper"""
+
+    def __post_init__(self) -> None:
+        root_rules.check(self.root_rule, root_rules.SCALING_RULES)
+        if not 0.0 <= self.consistency < math.inf:
+            raise BenchError("humot: consistency is a weight, zero or more")
+        if self.hop < 1:
+            raise BenchError("humot: hop is a number of frames, one or more")
 
 
 PUBLISHED: Mapping[str, str | int | float | bool] = {
@@ -110,45 +133,3 @@ DIFFERS = {
     "root_rule": "root rule hip_height",
 }
 """Parameter -> how its default differs from that."""
-PARAMETERS = {
-    "variant": "small, text (the appendix by the letter) or paper_count (2,475,511 parameters)",
-    "subsampling": "false: without stochastic joint subsampling (no SJS)",
-    "consistency": "weight of the consistency of bone lengths (0: no BLC)",
-    "facing": "windows go through the networks turned ahead (false: as the paper)",
-    "sized": "bodies go through the networks in one size (false: as the paper)",
-    "varied": "training has bodies of other proportions, too, and limbs held otherwise",
-    "slanted": "training has bodies whose bones slant otherwise in the reference pose, too",
-    "turned": "training windows are turned about the vertical axis at random",
-    "mirrored": "every other training window is mirrored",
-    "hop": "frames between the starts of training windows",
-    "split": "chunk: a tenth of every training clip's windows is kept aside, as in the paper",
-    "root_rule": "length whose ratio scales the path of the hips",
-    "windows": "overlapping windows of 30 frames, or whole clips",
-    "weights": "name of shipped weights, or a path to others",
-}
-"""A line on each parameter, for the method's card."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """The parameters that weights depend on, by their names; see ``HuMoT``.
-
-    Raises BenchError where a number is out of range.
-    """
-
-    subsampling: bool
-    consistency: float
-    facing: bool
-    sized: bool
-    varied: bool
-    slanted: bool
-    turned: bool
-    mirrored: bool
-    hop: int
-    split: Split
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.consistency < math.inf:
-            raise BenchError("humot: consistency is a weight, zero or more")
-        if self.hop < 1:
-            raise BenchError("humot: hop is a number of frames, one or more")

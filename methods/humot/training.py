@@ -18,7 +18,7 @@ from .features import HumotBody, blank, headings, parents_among, rotated, size_f
 from .losses import losses
 from .network import Autoencoder
 from .network.tokens import RaggedTokens
-from .settings import Design, Settings
+from .settings import Design, HumotConfig
 
 AUTOENCODER = "autoencoder"
 
@@ -42,7 +42,7 @@ class HumotTraining:
         config: TrainingConfig,
         bodies: Mapping[str, HumotBody],
         design: Design,
-        settings: Settings,
+        settings: HumotConfig,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
         self._material, self._frames, self._bodies = training_data, config.window, bodies

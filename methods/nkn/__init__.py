@@ -1,25 +1,15 @@
 """NKN: a recurrent network that sees the source's joints and turns the target's, trained without pairs."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 from retarget_bench.api import MethodCard
 from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.layers.kinematic import retargeter
 from retarget_bench.training.layers.kinematic.one_structure import OneStructure
 
+from .config import NknConfig
 from .inference import Retargeter
 
-PARAMETERS = {
-    "cell": "the GRU: tf (one bias per gate, reset before the product) or torch",
-    "hidden": "width of the GRU layers",
-    "losses": "training terms: autoencoder, cycle or adversarial (all)",
-    "same": "share of training rows whose target is the source itself",
-    "variant": "own, or released (input and losses of the authors' code)",
-    "drift": "weight of errors of movements summed up over time (the paper: 0)",
-    **retargeter.PARAMETERS,
-}
 DIFFERS = {
     "variant": "own form of input and losses",
     "lengths": "in hip heights",
@@ -29,7 +19,6 @@ DIFFERS = {
 """Parameter -> how its default differs from the paper."""
 
 
-@dataclass(eq=False)
 class Nkn(OneStructure, Retargeter):
     """Neural kinematic networks for unsupervised motion retargetting (Villegas et al., CVPR 2018).
 
@@ -66,6 +55,8 @@ class Nkn(OneStructure, Retargeter):
     preset ``paper``; docs/methods.md says what still differs.
     """
 
+    Config = NknConfig
+    config: NknConfig
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(steps=50_000, batch=16, window=60, rate=1e-4),
         "default": TrainingConfig(
@@ -94,7 +85,6 @@ class Nkn(OneStructure, Retargeter):
         published=({"variant": "released", "drift": 0.0, "lengths": "world", "path": "integrated"},),
         differs=DIFFERS,
         accepts=("motion", "positions"),
-        parameters=PARAMETERS,
     )
 
 

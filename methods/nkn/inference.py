@@ -1,13 +1,12 @@
 """Retargeting by NKN and its cross-structural variant: any number of frames, chunk by chunk."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import NotSupported
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
@@ -15,10 +14,11 @@ from retarget_bench.training.layers.kinematic import features
 from retarget_bench.training.layers.kinematic.pose import MOVES, Scale, quaternions
 from retarget_bench.training.layers.kinematic.retargeter import Cases, SightRetargeter
 
+from .config import NknConfig
 from .network import Decoder, Encoder, Generator
 from .network.bodies import Bodies
 from .network.rollout import Memory
-from .training import Choices, NknTraining
+from .training import NknTraining
 
 CHUNK = 256
 """Frames that go through the networks at a time."""
@@ -62,22 +62,17 @@ class Stream:
         return turns, *self._path.follow(moves, turn, hips)
 
 
-@dataclass(eq=False)
-class Retargeter(Choices, SightRetargeter):
+class Retargeter(SightRetargeter):
     """Retargets by an encoder and a decoder of each structure."""
 
-    def __post_init__(self) -> None:
-        if self.hidden < 1 or not 0.0 <= self.same <= 1.0 or min(self.facing, self.drift) < 0.0:
-            raise BenchError(
-                "hidden is at least 1, same between 0 and 1; facing and drift are not negative"
-            )
+    config: NknConfig
 
     @property
     def chunk(self) -> int:
         return CHUNK
 
     def generator(self, joints: int) -> Generator:
-        return Generator(joints, self.hidden, self.cell)
+        return Generator(joints, self.config.hidden, self.config.cell)
 
     def stream(self, cases: Cases) -> Stream:
         """Lengths do not matter: nothing real sees what lies behind a row's end."""
@@ -85,8 +80,8 @@ class Retargeter(Choices, SightRetargeter):
         source, target = (
             self.networks(device)[self.structure(characters[0])] for characters in (sources, targets)
         )
-        unit = np.array([features.unit(each, self.lengths) for each in targets])
-        path = features.Path(unit, self.path, self.yaw, self.variant)
+        unit = np.array([features.unit(each, self.config.lengths) for each in targets])
+        path = features.Path(unit, self.config.path, self.config.yaw, self.config.variant)
         offsets = torch.from_numpy(np.stack([self.bones(each) for each in targets])).to(device)
         lacks = torch.from_numpy(np.stack([self.lacks(each) for each in targets]))
         raised = torch.from_numpy(np.asarray(heights) / unit).float().unsqueeze(1) if len(heights) else None
@@ -100,7 +95,7 @@ class Retargeter(Choices, SightRetargeter):
         return Stream(source.encoder, source.scale, target.decoder, bodies, path)
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> NknTraining:
-        if len(training_data.clips) < 2 and self.losses != "autoencoder":
+        if len(training_data.clips) < 2 and self.config.losses != "autoencoder":
             raise NotSupported(f"{self.card.name} needs two characters to train on, and there is one")
         bodies = self.training_bodies(training_data)
-        return NknTraining(bodies, self, config, lambda tensors: replace(self).using(tensors))
+        return NknTraining(bodies, self.config, config, self.using)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
@@ -12,7 +12,6 @@ from retarget_bench.api import Method
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.layers.adversarial import NknUpdateRule, cross_entropy
-from retarget_bench.training.layers.kinematic.features import Variant
 from retarget_bench.training.layers.kinematic.pose import MOVES, quaternions
 from retarget_bench.training.layers.kinematic.unpaired import GroupCast, TrainingBodies, UnpairedTraining
 from retarget_bench.training.layers.masks import time_first_mask
@@ -20,24 +19,9 @@ from retarget_bench.training.layers.temporal_discriminator import TemporalDiscri
 from retarget_bench.training.layers.twist import twist
 
 from . import losses
+from .config import NknConfig
 from .network import Generator
 from .network.bodies import Bodies
-from .network.cells import Kind
-
-Losses = Literal["autoencoder", "cycle", "adversarial"]
-
-
-@dataclass(eq=False)
-class Choices:
-    """cell, hidden: of the networks. losses: which terms. same: how often the target is the source.
-    drift: weight of ``losses.drift``. variant: form of the input and of the terms."""
-
-    cell: Kind = "tf"
-    hidden: int = 512
-    losses: Losses = "adversarial"
-    same: float = 0.2
-    drift: float = 0.05
-    variant: Variant = "own"
 
 
 @dataclass(eq=False)
@@ -61,12 +45,12 @@ class Fake:
 
 
 class NknTraining(UnpairedTraining):
-    """See ``UnpairedTraining``. choices: of the method."""
+    """See ``UnpairedTraining``. choices: the method's parameters."""
 
     def __init__(
         self,
         bodies: TrainingBodies,
-        choices: Choices,
+        choices: NknConfig,
         config: TrainingConfig,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:

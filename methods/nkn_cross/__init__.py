@@ -6,14 +6,21 @@ from typing import ClassVar
 
 from retarget_bench.api import MethodCard
 from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.layers.kinematic import many_structures
-from retarget_bench.training.layers.kinematic.many_structures import ManyStructures
+from retarget_bench.training.layers.kinematic.many_structures import ManyStructures, StructuresConfig
 
-from ..nkn import DIFFERS, PARAMETERS, Nkn
+from ..nkn import DIFFERS, Nkn
+from ..nkn.config import NknConfig
 from ..nkn.inference import Retargeter
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True)
+class NknCrossConfig(StructuresConfig, NknConfig):
+    """Those of ``nkn`` and of structures."""
+
+    hidden: int = 256
+    """width of the GRU layers: narrower than NKN's, as there are as many networks as structures"""
+
+
 class NknCross(ManyStructures, Retargeter):
     """NKN* of the PAN paper (Hu et al., TVCG 2023): NKN made to cross structures.
 
@@ -25,12 +32,13 @@ class NknCross(ManyStructures, Retargeter):
 
     structures: what is trained on: ``two_legged``, ``all``, or names of structures joined by ``+``. Weights
     know the structures that they were trained on, with any bodies of these.
-    hidden: narrower than NKN's, since there are as many networks as structures.
     ends: weight of a term of our own (PAN's NKN*: 0): on another structure, hands, feet, head, elbows and
     knees are to be where the source's are, in lengths of the chains from the hips to them, and the body is
     to move as far. Without it, going there and back does not tell what lies in between.
     """
 
+    Config = NknCrossConfig
+    config: NknCrossConfig
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         **Nkn.presets,
         "default": TrainingConfig(
@@ -45,7 +53,6 @@ class NknCross(ManyStructures, Retargeter):
         ),
     }
 
-    hidden: int = 256
     card = MethodCard(
         name="nkn_cross",
         title="NKN*",
@@ -60,7 +67,6 @@ class NknCross(ManyStructures, Retargeter):
         accepts=("motion", "positions"),
         default=False,
         apart="for the structures in the training data alone",
-        parameters={**PARAMETERS, **many_structures.PARAMETERS},
     )
 
 

@@ -10,7 +10,6 @@ from retarget_bench.api import Context, MethodCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, PointSets, Surface
-from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
@@ -23,7 +22,26 @@ from .surfaces import on_mesh, unfit
 from .training import NptTraining
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True)
+class NptConfig:
+    """Raises BenchError for what cannot be."""
+
+    pooling: Pooling = "max"
+    """how features of points get to vertices: none (as published), or max"""
+    width: int = 128
+    """features of a point (as published 1024)"""
+    points: int = 256
+    """points of a body in a row of a training batch"""
+    weights: str = "puppets"
+    """name of shipped weights, or a path to others"""
+
+    def __post_init__(self) -> None:
+        if self.pooling not in ("none", "max"):
+            raise BenchError(f"npt: pooling is none or max, and not {self.pooling!r}")
+        if self.width < 1 or self.points < 2:
+            raise BenchError("npt needs a width of one or more, and at least two points")
+
+
 class NPT(LearnedMethod):
     """Neural Pose Transfer (Wang et al., CVPR 2020), rewritten from its paper.
 
@@ -40,15 +58,10 @@ class NPT(LearnedMethod):
     What the paper leaves out is ours: targets are brought to one stature, since puppets are 1 to 2.6 m
     tall; the network answers around the middle of the body, and the source's path is added to it, times the
     ratio of the bodies' sizes (``motion/scan_path.py``). The target at rest is in the T-pose.
-
-    Raises BenchError for parameters that cannot be.
     """
 
-    pooling: Pooling = "max"
-    width: int = 128
-    points: int = 256
-    weights: str = "puppets"
-
+    Config = NptConfig
+    config: NptConfig
     from_pairs = True
     card = MethodCard(
         name="npt",
@@ -61,19 +74,7 @@ class NPT(LearnedMethod):
         accepts=("points", "motion"),
         tasks=("points",),
         stochastic=True,
-        parameters={
-            "weights": "name of shipped weights, or a path to others",
-            "pooling": "how features of points get to vertices: none (as published), or max",
-            "width": "features of a point (as published 1024)",
-            "points": "points of a body in a row of a training batch",
-        },
     )
-
-    def __post_init__(self) -> None:
-        if self.pooling not in ("none", "max"):
-            raise BenchError(f"npt: pooling is none or max, and not {self.pooling!r}")
-        if self.width < 1 or self.points < 2:
-            raise BenchError("npt needs a width of one or more, and at least two points")
 
     @property
     def presets(self) -> Mapping[str, TrainingConfig]:
@@ -98,9 +99,6 @@ class NPT(LearnedMethod):
         }
 
     # -------------------------------------------------------------------------------------- training
-    def facts(self) -> Mapping[str, Scalar]:
-        return {"pooling": self.pooling, "width": self.width, "points": self.points}
-
     def unfit(self, character: Character) -> str:
         return unfit(character)
 
@@ -111,10 +109,8 @@ class NPT(LearnedMethod):
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> NptTraining:
         del config
-        network = PoseTransfer(self.width, self.pooling)
-        return NptTraining(
-            training_data, self.points, network, lambda tensors: replace(self).using(tensors)
-        )
+        network = PoseTransfer(self.config.width, self.config.pooling)
+        return NptTraining(training_data, self.config.points, network, self.using)
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
@@ -139,7 +135,7 @@ class NPT(LearnedMethod):
 
     @cached_property
     def _network(self) -> PoseTransfer:
-        network = PoseTransfer(self.width, self.pooling)
+        network = PoseTransfer(self.config.width, self.config.pooling)
         weights.fill(network, self.tensors)
         return network.eval()
 

@@ -1,12 +1,12 @@
 """Paired: a network that corrects copied rotations, trained on exactly paired motion."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from torch import Tensor
 
-from retarget_bench.api import Context, Method, MethodCard, Prediction
+from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import root_rules
 from retarget_bench.motion.body22 import unfit
@@ -20,76 +20,6 @@ from .features import RoleBody
 from .inference import retargeted
 from .network import Corrector
 from .training import PairedTraining
-
-
-class Paired(LearnedMethod):
-    """Copies rotations, then corrects them by what exact pairs teach; ours.
-
-    1. The source's rotations are copied and its path is scaled by the ratio of the heights of the hips.
-    2. A temporal convolution network sees the source, the copy and both bodies over the 22 roles of
-       ``body22``, and answers in every frame with turns of trunk, head, collar bones and toes, a shift of
-       the hips, where ankles and wrists go, and how limbs swivel and feet and hands turn. One number of
-       both bodies alone scales the level path.
-    3. Limbs bend towards their goals in closed form.
-    4. Feet that the source holds still are held at one place, at the height that the source's sole has
-       (``feet=false``: not).
-
-    Frames 0.7 s before and after decide a frame. Joints outside of the 22 roles follow their parents as
-    they do in the copy. Bodies may lack spine joints, neck, collar bones and toes.
-
-    It is trained on the same performances by two bodies: the loss is the distance of all joints in the
-    world and from the hips, of speeds, accelerations and turns, of feet that rest, and of vectors from the
-    hands to near joints of the body (``losses.py``).
-    """
-
-    from_pairs = True
-    root_rule = "a learned ratio"
-
-    def __init__(self, weights: str = "puppets", feet: bool = True) -> None:
-        super().__init__(weights)
-        self.feet = feet
-        self.presets: Mapping[str, TrainingConfig] = PRESETS
-        self.card = MethodCard(
-            name="paired",
-            summary="Copied rotations corrected by a network that learned from exact pairs, with feet held",
-            version="1",
-            default=False,
-            apart="trained on exact pairs, unlike the others",
-            parameters={
-                "weights": "name of shipped weights, or a path to others",
-                "feet": "hold ankles and toes where the source holds them (true, false)",
-            },
-        )
-
-    # -------------------------------------------------------------------------------------- training
-    def unfit(self, character: Character) -> str:
-        return unfit(character, self.card.name)
-
-    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        return RoleBody(motion.character).see(motion)
-
-    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> PairedTraining:
-        def trained(tensors: Mapping[str, Tensor]) -> Method:
-            return Paired(self.weights, self.feet).using(tensors)
-
-        return PairedTraining(training_data, config, Corrector(), trained)
-
-    # ----------------------------------------------------------------------------------- retargeting
-    def supports(self, source: Character, target: Character) -> str | None:
-        unsized = root_rules.reason("hip_height", source, target)
-        return self.untrained or self.unfit(source) or self.unfit(target) or unsized
-
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
-        if not isinstance(source, Motion):
-            raise NotSupported("paired needs a source with rotations, not positions only")
-        return retargeted(self._network, source, target, self.feet)
-
-    @cached_property
-    def _network(self) -> Corrector:
-        network = Corrector()
-        network.take(self.tensors)
-        return network.eval()
-
 
 _DEFAULT = TrainingConfig(
     steps=40_000,
@@ -120,5 +50,78 @@ PRESETS = {
     ),
 }
 """No paper prints any; ``paper`` is the longest that we know to pay."""
+
+
+@dataclass(frozen=True)
+class PairedConfig:
+    """Parameters of Paired."""
+
+    feet: bool = True
+    """hold ankles and toes where the source holds them"""
+    weights: str = "puppets"
+    """name of shipped weights, or a path to others"""
+
+
+class Paired(LearnedMethod):
+    """Copies rotations, then corrects them by what exact pairs teach; ours.
+
+    1. The source's rotations are copied and its path is scaled by the ratio of the heights of the hips.
+    2. A temporal convolution network sees the source, the copy and both bodies over the 22 roles of
+       ``body22``, and answers in every frame with turns of trunk, head, collar bones and toes, a shift of
+       the hips, where ankles and wrists go, and how limbs swivel and feet and hands turn. One number of
+       both bodies alone scales the level path.
+    3. Limbs bend towards their goals in closed form.
+    4. Feet that the source holds still are held at one place, at the height that the source's sole has
+       (``feet=false``: not).
+
+    Frames 0.7 s before and after decide a frame. Joints outside of the 22 roles follow their parents as
+    they do in the copy. Bodies may lack spine joints, neck, collar bones and toes.
+
+    It is trained on the same performances by two bodies: the loss is the distance of all joints in the
+    world and from the hips, of speeds, accelerations and turns, of feet that rest, and of vectors from the
+    hands to near joints of the body (``losses.py``).
+    """
+
+    from_pairs = True
+    root_rule = "a learned ratio"
+
+    Config = PairedConfig
+    config: PairedConfig
+    answering = ("feet",)
+    presets: Mapping[str, TrainingConfig] = PRESETS
+    card = MethodCard(
+        name="paired",
+        summary="Copied rotations corrected by a network that learned from exact pairs, with feet held",
+        version="1",
+        default=False,
+        apart="trained on exact pairs, unlike the others",
+    )
+
+    # -------------------------------------------------------------------------------------- training
+    def unfit(self, character: Character) -> str:
+        return unfit(character, self.card.name)
+
+    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
+        return RoleBody(motion.character).see(motion)
+
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> PairedTraining:
+        return PairedTraining(training_data, config, Corrector(), self.using)
+
+    # ----------------------------------------------------------------------------------- retargeting
+    def supports(self, source: Character, target: Character) -> str | None:
+        unsized = root_rules.reason("hip_height", source, target)
+        return self.untrained or self.unfit(source) or self.unfit(target) or unsized
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
+        if not isinstance(source, Motion):
+            raise NotSupported("paired needs a source with rotations, not positions only")
+        return retargeted(self._network, source, target, self.config.feet)
+
+    @cached_property
+    def _network(self) -> Corrector:
+        network = Corrector()
+        network.take(self.tensors)
+        return network.eval()
+
 
 plugin = Paired

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from retarget_bench.api import Ablation, Context, Method, MethodCard, Prediction
+from retarget_bench.api import Ablation, Context, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -23,7 +23,7 @@ from retarget_bench.training.layers.skeletal.method import SkeletalMethod
 
 from .assignment import Assignment, assign, in_layout
 from .parts import layout_of, parts_of
-from .settings import BETWEEN_LEGS, DIFFERS, PARAMETERS, SETTINGS, Design, Overrides, Settings, Variant
+from .settings import BETWEEN_LEGS, DIFFERS, SETTINGS, Design, PanConfig, Settings
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -69,8 +69,8 @@ class Pan(SkeletalMethod):
 
     variant: ``paper`` is sections 3 to 5 as written; ``released`` what the authors' code does, mistakes
     included, with which their numbers were made; ``own`` the released networks without these and without
-    dropout, on bodies in hip heights that face ahead, with more weight on joint positions. Where a
-    parameter is empty or negative, the variant decides:
+    dropout, on bodies in hip heights that face ahead, with more weight on joint positions. The variant
+    decides what is not given:
 
     root, lengths, facing, path: the features of motions; see ``Features``.
     statistics: eq. 15 by ``structure`` or, as released, by ``character``. target_stats: by character, the
@@ -90,7 +90,23 @@ class Pan(SkeletalMethod):
     lacks are bones of no length (section 6.2.3).
     """
 
+    Config = PanConfig
+    config: PanConfig
     ablations = ABLATIONS
+    card = MethodCard(
+        name="pan",
+        title="PAN",
+        summary="Attention by body part: codes that any structure with these parts can decode",
+        version="1",
+        paper="Hu, Zhang, Zhong, Jiang, Xia: Pose-aware Attention Network for Flexible Motion "
+        "Retargeting by Body Part, TVCG 2023",
+        published=(
+            {"variant": "released"},
+            {"variant": "released", "parts": "three"},
+            {"variant": "paper"},
+            {"variant": "paper", "parts": "three"},
+        ),
+    )
     presets: Mapping[str, TrainingConfig] = {
         "paper": TrainingConfig(steps=150_000, batch=256, window=64, rate=1e-3, validate=2000),
         "default": TrainingConfig(
@@ -111,41 +127,22 @@ class Pan(SkeletalMethod):
         ),
     }
 
-    def __init__(
-        self,
-        variant: Variant = "own",
-        parts: str = "six",
-        weights: str = OWN,
-        **overrides: Annotated[Any, Overrides],
-    ) -> None:
-        super().__init__(BETWEEN if weights == OWN and parts == "three" else weights)
-        options = asdict(Overrides(**overrides))
-        self.variant, self.target_stats, self.tips = variant, options["target_stats"], options["tips"]
-        self._asked = parts
-        self.parts, self._part_map = parts_of(parts)
-        variants = BETWEEN_LEGS if self.parts == "three" else SETTINGS
-        self.settings: Settings = variants[variant].overridden(options)
+    def __init__(self, **parameters: Any) -> None:
+        super().__init__(**parameters)
+        self.parts, self._part_map = parts_of(self.config.parts)
+        three = self.parts == "three"
+        if three and self.config.weights == OWN:
+            self.config = replace(self.config, weights=BETWEEN)
+        variants = BETWEEN_LEGS if three else SETTINGS
+        self.settings: Settings = variants[self.config.variant].overridden(self.config)
         self.yaw = self.settings.yaw
-        self.card = MethodCard(
-            name="pan",
-            title="PAN",
-            summary="Attention by body part: codes that any structure with these parts can decode",
-            version="1",
-            paper="Hu, Zhang, Zhong, Jiang, Xia: Pose-aware Attention Network for Flexible Motion "
-            "Retargeting by Body Part, TVCG 2023",
-            published=tuple(
-                {"variant": variant, **parts}
-                for variant in ("released", "paper")
-                for parts in ({}, {"parts": "three"})
-            ),
-            differs=DIFFERS["three" if self.parts == "three" else "six"] if variant == "own" else {},
-            needs=self._privileged(),
-            parameters=PARAMETERS,
-        )
+        own = self.config.variant == "own"
+        differs = DIFFERS["three" if three else "six"] if own else {}
+        self.card = replace(type(self).card, differs=differs, needs=self._privileged())
 
     # ---------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, Scalar]:
-        return {"variant": self.variant, "parts": self.parts, **self.settings.values()}
+        return {"variant": self.config.variant, "parts": self.parts, **self.settings.values()}
 
     @property
     def usual_weights(self) -> str:
@@ -154,9 +151,9 @@ class Pan(SkeletalMethod):
     @classmethod
     def authors_weights(cls, path: Path) -> AuthorsWeights | None:
         if (files := released_files.of_mixamo(path)) is not None:
-            method = cls("released", weights=str(path))
+            method = cls(variant="released", weights=str(path))
         elif (files := released_files.between_legs(path)) is not None:
-            method = cls("released", "three", str(path))
+            method = cls(variant="released", parts="three", weights=str(path))
         else:
             return None
 
@@ -198,11 +195,7 @@ class Pan(SkeletalMethod):
                 f"windows of pan are a multiple of 4 and 16 or more, and not {config.window}"
             )
 
-        def trained(tensors: Mapping[str, Tensor]) -> Method:
-            same = {"parts": self._asked, "path": self.settings.features.path, "tips": self.tips}
-            return Pan(**{**self.facts(), **same}, target_stats=self.target_stats).using(tensors)
-
-        return PanTraining(training_data, config, self.bodies(training_data), self.settings, trained)
+        return PanTraining(training_data, config, self.bodies(training_data), self.settings, self.using)
 
     def body(self, character: Character) -> LayoutBody:
         parents, joints = tree_of(character, self.settings.rerooted)
@@ -272,4 +265,3 @@ class Pan(SkeletalMethod):
 
 
 plugin = Pan
-__all__ = ["PARAMETERS", "Pan", "plugin"]

@@ -1,4 +1,4 @@
-"""PAN's variants: networks, features, losses, and the parameters that override them.
+"""PAN's variants: networks, features, losses, and the parameters that take their place.
 
 ``paper`` is Hu et al., TVCG 2023, as written; ``released`` is what their code does for people, and with
 three parts what it does between two legs and four.
@@ -7,7 +7,7 @@ three parts what it does between two legs and four.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal, Self
+from typing import Literal, Self
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar
@@ -18,61 +18,56 @@ DecoderKind = Literal["full", "parts"]
 Mask = Literal["paper", "released"]
 Variant = Literal["own", "released", "paper"]
 Statistics = Literal["structure", "character"]
-UNSET: Final = ""
-"""A choice that the variant makes."""
-NEGATIVE: Final = -1.0
-"""A number that the variant sets."""
 
 
 @dataclass(frozen=True)
-class Overrides:
-    """Parameters of PAN that take the place of its variant's."""
+class PanConfig:
+    """Parameters of PAN; the variant decides those that are None."""
 
-    root: Literal["", Root] = UNSET
-    lengths: Literal["", Lengths] = UNSET
-    facing: float = NEGATIVE
-    yaw: Literal["", Yaw] = UNSET
-    path: Literal["", Path] = UNSET
-    statistics: Literal["", Statistics] = UNSET
-    target_stats: Literal["transferred", "own"] = "transferred"
-    conv_mask: Literal["", Mask] = UNSET
-    decoder: Literal["", DecoderKind] = UNSET
-    dropout: float = NEGATIVE
-    attention: bool = True
-    by_part: bool = True
-    kinematic: float = NEGATIVE
-    cycle: float = NEGATIVE
-    ends: float = NEGATIVE
-    adversarial: float = NEGATIVE
-    velocity: float = NEGATIVE
+    variant: Variant = "own"
+    """own, released (as the authors' code), paper (as written)"""
+    parts: str = "six"
+    """six, three (legs, spine, head), or a .toml file of part = [body parts]"""
+    path: Path | None = None
+    """of the root: decoded, relative (to the source's; what differs fades), steady (what differs for long
+    adds nothing) or carried (the source's plus what is decoded)"""
     tips: Literal["copied", "rest"] = "copied"
+    """ends of chains: copied or rest"""
+    target_stats: Literal["transferred", "own"] = "transferred"
+    """by character: transferred, or own (of the target's reference motions: privileged)"""
+    weights: str = "puppets"
+    """name of shipped weights, or a path to others, also to the authors' folder"""
+    root: Root | None = None
+    """the root's channels: velocity, height (velocity, but height), position"""
+    lengths: Lengths | None = None
+    """world (centimetres) or body (hip heights)"""
+    facing: float | None = None
+    """frames over which the direction faced is averaged"""
+    yaw: Yaw | None = None
+    """source (faces where it does) or predicted"""
+    statistics: Statistics | None = None
+    """mean and deviation by structure or by character"""
+    conv_mask: Mask | None = None
+    """of convolutions: paper, or released (shifted by one edge)"""
+    decoder: DecoderKind | None = None
+    """full, or parts (each edge from its own parts)"""
+    dropout: float | None = None
+    """share"""
+    attention: bool = True
+    """false: an MLP in its place (Table 5)"""
+    by_part: bool = True
+    """false: one token for the whole body (Table 5)"""
+    kinematic: float | None = None
+    """weight of joint positions, eq. 13"""
+    cycle: float | None = None
+    """weight of the distance of codes, eq. 11"""
+    ends: float | None = None
+    """weight of end effectors' movement"""
+    adversarial: float | None = None
+    """weight of eq. 12"""
+    velocity: float | None = None
+    """weight of eq. 20"""
 
-
-PARAMETERS = {
-    "variant": "own, released (as the authors' code), paper (as written)",
-    "parts": "six, three (legs, spine, head), or a .toml file of part = [body parts]",
-    "root": "the root's channels: velocity, height (velocity, but height), position; empty: as the variant",
-    "lengths": "world (centimetres) or body (hip heights); empty: as the variant",
-    "facing": "frames over which the direction faced is averaged; negative: as the variant",
-    "yaw": "source (faces where it does) or predicted; empty: as the variant",
-    "path": "of the root: decoded, relative (to the source's; what differs fades), steady (what differs "
-    "for long adds nothing) or carried (the source's plus what is decoded); empty: as the variant",
-    "statistics": "mean and deviation by structure or by character; empty: as the variant",
-    "target_stats": "by character: transferred, or own (of the target's reference motions: privileged)",
-    "conv_mask": "of convolutions: paper, or released (shifted by one edge); empty: as the variant",
-    "decoder": "full, or parts (each edge from its own parts); empty: as the variant",
-    "dropout": "share; negative: as the variant",
-    "attention": "false: an MLP in its place (Table 5)",
-    "by_part": "false: one token for the whole body (Table 5)",
-    "kinematic": "weight of joint positions, eq. 13; negative: as the variant",
-    "cycle": "weight of the distance of codes, eq. 11; negative: as the variant",
-    "ends": "weight of end effectors' movement; negative: as the variant",
-    "adversarial": "weight of eq. 12; negative: as the variant",
-    "velocity": "weight of eq. 20; negative: as the variant",
-    "tips": "ends of chains: copied or rest",
-    "weights": "name of shipped weights, or a path to others, also to the authors' folder",
-}
-"""A line on each parameter, for the method's card."""
 
 DIFFERS: Mapping[str, Mapping[str, str]] = {
     "six": {
@@ -268,14 +263,13 @@ class Settings:
     shared: bool = False
     rerooted: bool = False
 
-    def overridden(self, options: Mapping[str, Any]) -> Self:
-        """With the parameters given; an empty word or a negative number leaves the variant's choice.
-
-        Raises BenchError where a number is not finite, or fields do not go together.
-        """
-        if not all(math.isfinite(options[name]) for name in ("facing", *FIELDS["weights"])):
-            raise BenchError("weights and facing of pan are finite numbers")
-        chosen = {k: v for k, v in options.items() if v != UNSET and (isinstance(v, str) or not v < 0.0)}
+    def overridden(self, config: PanConfig) -> Self:
+        """With the parameters that are given. Raises BenchError where a number is out of range, or fields
+        do not go together."""
+        values = {name: getattr(config, name) for names in FIELDS.values() for name in names}
+        chosen = {name: value for name, value in values.items() if value is not None}
+        if not all(0.0 <= chosen.get(name, 0.0) < math.inf for name in ("facing", *FIELDS["weights"])):
+            raise BenchError("weights and facing of pan are finite numbers, zero or more")
         parts = {part: {k: chosen[k] for k in names if k in chosen} for part, names in FIELDS.items()}
         if "kinematic" in chosen:  # the other weights of eq. 13 stay in proportion
             share = chosen["kinematic"] / self.weights.kinematic
@@ -291,7 +285,7 @@ class Settings:
             weights=replace(self.weights, **parts["weights"]),
             **parts[""],
         )
-        if not settings.design.dropout < 1.0:
+        if not 0.0 <= settings.design.dropout < 1.0:
             raise BenchError("dropout of pan is a share below 1")
         if settings.design.slots == "joints" and settings.design.conv_mask == "released":
             raise BenchError("conv_mask=released is a mistake about edges, and these networks see joints")

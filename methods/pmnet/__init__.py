@@ -1,22 +1,15 @@
 """PMnet: poses one by one and movement apart from them, retargeted by networks trained without pairs."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 from retarget_bench.api import MethodCard
 from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.layers.kinematic import retargeter
 from retarget_bench.training.layers.kinematic.one_structure import OneStructure
 
+from .config import PmnetConfig
 from .inference import Retargeter
 
-PARAMETERS = {
-    "variant": "own, or released (input of the authors' code)",
-    "hidden": "width of the networks of poses",
-    "same": "share of training rows whose target is the source itself",
-    **retargeter.PARAMETERS,
-}
 DIFFERS = {
     "variant": "own form of input",
     "lengths": "in hip heights",
@@ -25,7 +18,6 @@ DIFFERS = {
 """Parameter -> how its default differs from the paper."""
 
 
-@dataclass(eq=False)
 class Pmnet(OneStructure, Retargeter):
     """Learning of disentangled pose and movement for unsupervised retargeting (Lim et al., BMVC 2019).
 
@@ -48,6 +40,8 @@ class Pmnet(OneStructure, Retargeter):
     ``paper``; docs/methods.md says what still differs.
     """
 
+    Config = PmnetConfig
+    config: PmnetConfig
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(steps=15_000, batch=16, window=60, rate=1e-4),
         "default": TrainingConfig(
@@ -76,7 +70,6 @@ class Pmnet(OneStructure, Retargeter):
         published=({"variant": "released", "lengths": "world", "path": "integrated"},),
         differs=DIFFERS,
         accepts=("motion", "positions"),
-        parameters=PARAMETERS,
     )
 
 

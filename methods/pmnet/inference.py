@@ -1,14 +1,13 @@
 """Retargeting by PMnet and its cross-structural variant, whole clips at a time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from retarget_bench.api import Prediction
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.training.config import TrainingConfig
@@ -18,8 +17,9 @@ from retarget_bench.training.layers.kinematic.pose import MOVES
 from retarget_bench.training.layers.kinematic.retargeter import Cases, SightRetargeter
 from retarget_bench.training.layers.masks import time_first_mask
 
+from .config import PmnetConfig
 from .network import Bodies, Generator, divided
-from .training import Choices, PmnetTraining
+from .training import PmnetTraining
 
 
 class Stream:
@@ -59,35 +59,32 @@ class Stream:
         return turns, *self._path.follow(moves, turn, hips)
 
 
-@dataclass(eq=False)
-class Retargeter(Choices, SightRetargeter):
+class Retargeter(SightRetargeter):
     """Retargets by an encoder, two heads of quaternions and a movement network of each structure."""
 
-    def __post_init__(self) -> None:
-        if self.hidden < 1 or not 0.0 <= self.same <= 1.0 or self.facing < 0.0:
-            raise BenchError("hidden is at least 1, same between 0 and 1; facing is not negative")
+    config: PmnetConfig
 
     def generator(self, joints: int) -> Generator:
-        return Generator(joints, self.hidden)
+        return Generator(joints, self.config.hidden)
 
     def see(self, source: Prediction) -> features.Sight:
         """Ours: relative to the hips, whose row is zero. A pose does not say how far they have risen."""
         sight = super().see(source)
-        if self.variant == "own":
+        if self.config.variant == "own":
             sight.poses[:, :3] = 0.0
         return sight
 
     def size(self, character: Character) -> float:
         """Height along the bones (``Measures.h2``) in hundreds of the unit, as in the authors' code."""
         sizes = character.measures
-        return (sizes.h2 or sizes.height) / features.unit(character, self.lengths) / 100.0
+        return (sizes.h2 or sizes.height) / features.unit(character, self.config.lengths) / 100.0
 
     def stream(self, cases: Cases) -> Stream:
         sources, targets, device, heights = cases.sources, cases.targets, cases.device, cases.heights
         source, target = (
             self.networks(device)[self.structure(characters[0])] for characters in (sources, targets)
         )
-        unit = np.array([features.unit(each, self.lengths) for each in targets])
+        unit = np.array([features.unit(each, self.config.lengths) for each in targets])
         lacks = torch.from_numpy(np.stack([self.lacks(each) for each in targets]))
         raised = np.asarray(heights) / unit if len(heights) else np.zeros(len(targets))
         bodies = Bodies(
@@ -97,7 +94,7 @@ class Retargeter(Choices, SightRetargeter):
             _column([self.size(each) for each in targets], device),
             lacks.to(device) if lacks.any() else None,
         )
-        path = features.Path(unit, self.path, self.yaw, self.variant)
+        path = features.Path(unit, self.config.path, self.config.yaw, self.config.variant)
         sizes = _column([self.size(each) for each in sources], device)
         return Stream(source, target, sizes, bodies, path, cases.lengths)
 
@@ -109,9 +106,9 @@ class Retargeter(Choices, SightRetargeter):
             bodies,
             {name: self.size(cast[name]) for name in sorted(training_data.clips)},
             {name: self.roles(cast[members[0]]) for name, members in bodies.casts.items()},
-            self,
+            self.config,
             config,
-            lambda tensors: replace(self).using(tensors),
+            self.using,
         )
 
 

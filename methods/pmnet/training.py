@@ -12,7 +12,6 @@ from retarget_bench.api import Method
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.layers.adversarial import NknUpdateRule, cross_entropy
-from retarget_bench.training.layers.kinematic.features import Variant
 from retarget_bench.training.layers.kinematic.pose import MOVES
 from retarget_bench.training.layers.kinematic.unpaired import GroupCast, TrainingBodies, UnpairedTraining
 from retarget_bench.training.layers.masks import time_first_mask
@@ -20,19 +19,11 @@ from retarget_bench.training.layers.temporal_discriminator import TemporalDiscri
 from retarget_bench.training.layers.twist import twist
 
 from . import losses
+from .config import PmnetConfig
 from .network import Bodies, Generator, divided
 
 WIDTHS = (16, 32, 64, 64)
 """Of the discriminator."""
-
-
-@dataclass(eq=False)
-class Choices:
-    """hidden: of the networks. same: how often the target is the source. variant: as of ``nkn``."""
-
-    hidden: int = 512
-    same: float = 0.5
-    variant: Variant = "own"
 
 
 @dataclass(eq=False)
@@ -63,7 +54,7 @@ class PmnetTraining(UnpairedTraining):
         bodies: TrainingBodies,
         sizes: Mapping[str, float],
         roles: Mapping[str, Sequence[str | None]],
-        choices: Choices,
+        choices: PmnetConfig,
         config: TrainingConfig,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:

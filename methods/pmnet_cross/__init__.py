@@ -6,14 +6,18 @@ from typing import ClassVar
 
 from retarget_bench.api import MethodCard
 from retarget_bench.training.config import TrainingConfig
-from retarget_bench.training.layers.kinematic import many_structures
-from retarget_bench.training.layers.kinematic.many_structures import ManyStructures
+from retarget_bench.training.layers.kinematic.many_structures import ManyStructures, StructuresConfig
 
-from ..pmnet import DIFFERS, PARAMETERS, Pmnet
+from ..pmnet import DIFFERS, Pmnet
+from ..pmnet.config import PmnetConfig
 from ..pmnet.inference import Retargeter
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True)
+class PmnetCrossConfig(StructuresConfig, PmnetConfig):
+    """Those of ``pmnet`` and of structures."""
+
+
 class PmnetCross(ManyStructures, Retargeter):
     """PMnet* of the PAN paper (Hu et al., TVCG 2023): PMnet made to cross structures.
 
@@ -24,6 +28,8 @@ class PmnetCross(ManyStructures, Retargeter):
     those of ``nkn_cross``.
     """
 
+    Config = PmnetCrossConfig
+    config: PmnetCrossConfig
     presets: ClassVar[Mapping[str, TrainingConfig]] = Pmnet.presets
 
     card = MethodCard(
@@ -38,7 +44,6 @@ class PmnetCross(ManyStructures, Retargeter):
         accepts=("motion", "positions"),
         default=False,
         apart="for the structures in the training data alone",
-        parameters={**PARAMETERS, **many_structures.PARAMETERS},
     )
 
 

@@ -12,7 +12,6 @@ from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training import weights
 from retarget_bench.training.authors import AuthorsWeights
 from retarget_bench.training.config import TrainingConfig
@@ -36,7 +35,24 @@ DEFAULT = TrainingConfig(
 )
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True)
+class R2etConfig:
+    """Raises BenchError where a number is out of range."""
+
+    size: features.Size = "hip_height"
+    """whose ratio scales the path: hip_height, chain of bones, or published"""
+    dropout: float = 0.0
+    """share of numbers dropped in training (the paper: 0.2)"""
+    facing: float = 20.0
+    """frames of 1/30 s over which the direction that a body faces is averaged"""
+    weights: str = "puppets"
+    """name of shipped weights, or a path to others, also to the authors' .pt"""
+
+    def __post_init__(self) -> None:
+        if self.facing < 0 or not 0 <= self.dropout < 1:
+            raise BenchError("facing of r2et is not negative, and dropout a share from 0 to below 1")
+
+
 class R2ET(LearnedMethod):
     """Skinned motion retargeting with residual perception of motion semantics and geometry (Zhang et al.,
     CVPR 2023): its skeleton-aware network.
@@ -57,17 +73,15 @@ class R2ET(LearnedMethod):
     facing: the authors average over so many frames at any rate, here they are of 1/30 s.
     """
 
+    Config = R2etConfig
+    config: R2etConfig
+    answering = ("size",)
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(steps=30 * 1952 // 32, batch=32, window=60, rate=1e-3, schedule="cosine"),
         "default": DEFAULT,
         "quick": replace(DEFAULT, steps=30, batch=4, window=16, warm_up=5, validate=15, cases=2),
     }
     """The paper's rate falls to a tenth after two thirds of its 30 epochs of 1952 clips, not smoothly."""
-
-    facing: float = 20.0
-    dropout: float = 0.0
-    size: features.Size = "hip_height"
-    weights: str = "puppets"
 
     card = MethodCard(
         name="r2et",
@@ -79,27 +93,14 @@ class R2ET(LearnedMethod):
         "Residual Perception of Motion Semantics & Geometry, CVPR 2023",
         published=({"dropout": 0.2, "size": "chain"}, {"dropout": 0.2, "size": "published"}),
         differs={"dropout": "no dropout", "size": "path scaled by hip heights"},
-        parameters={
-            "facing": "frames of 1/30 s over which the direction that a body faces is averaged",
-            "dropout": "share of numbers dropped in training (the paper: 0.2)",
-            "size": "whose ratio scales the path: hip_height, chain of bones, or published",
-            "weights": "name of shipped weights, or a path to others, also to the authors' .pt",
-        },
     )
-
-    def __post_init__(self) -> None:
-        if self.facing < 0 or not 0 <= self.dropout < 1:
-            raise BenchError("facing of r2et is not negative, and dropout a share from 0 to below 1")
 
     @property
     def root_rule(self) -> str:
         """The rule that paths follow, or whose size they are scaled by."""
-        return "hip_height" if self.size == "hip_height" else f"size={self.size}"
+        return "hip_height" if self.config.size == "hip_height" else f"size={self.config.size}"
 
     # -------------------------------------------------------------------------------------- training
-    def facts(self) -> Mapping[str, Scalar]:
-        return {"facing": self.facing, "dropout": self.dropout}
-
     @classmethod
     def authors_weights(cls, path: Path) -> AuthorsWeights | None:
         return released.at(path)
@@ -111,14 +112,14 @@ class R2ET(LearnedMethod):
         """``rotations`` ``(frames, 22, 4)`` and ``positions`` ``(frames, 22, 3)`` centimetres as the losses
         see them, ``hips`` ``(frames, 3)`` centimetres in the world, ``turn`` ``(frames, 2)`` where the body
         faces, the parts of a unit complex number."""
-        return features.see(motion, self.facing)
+        return features.see(motion, self.config.facing)
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> R2ETTraining:
         return R2ETTraining(
             training_data,
             config,
-            SkeletonAwareNetwork(self.dropout),
-            lambda tensors: replace(self).using(tensors),
+            SkeletonAwareNetwork(self.config.dropout),
+            self.using,
         )
 
     # ----------------------------------------------------------------------------------- retargeting
@@ -128,7 +129,9 @@ class R2ET(LearnedMethod):
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         if not isinstance(source, Motion):
             raise NotSupported("r2et needs a source with rotations, not positions only")
-        return retargeted(self._network.to(context.device), source, target, self.facing, self.size)
+        return retargeted(
+            self._network.to(context.device), source, target, self.config.facing, self.config.size
+        )
 
     @cached_property
     def _network(self) -> SkeletonAwareNetwork:

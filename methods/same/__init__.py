@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
 
-from retarget_bench.api import Context, Method, MethodCard, Prediction
+from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
@@ -29,10 +28,29 @@ from .inference import retargeted
 from .network import Autoencoder
 from .training import SameTraining
 
-if TYPE_CHECKING:
-    from torch import Tensor
-
 VERSION = "1"
+_DEFAULT = TrainingConfig(
+    steps=12_000, batch=16, window=8, rate=3e-3, schedule="cosine", warm_up=100, validate=500, average=0.999
+)
+PRESETS = {
+    "paper": TrainingConfig(
+        steps=240_000, batch=256, window=8, rate=1e-2, schedule="cosine", validate=5000
+    ),
+    "default": _DEFAULT,
+    "quick": replace(_DEFAULT, steps=60, batch=8, warm_up=10, validate=30, cases=4),
+}
+"""The released config has the batch, the window and the highest rate of ``paper``, for 240 epochs; how many
+steps an epoch has is not said."""
+
+
+@dataclass(frozen=True)
+class SameConfig:
+    """Parameters of SAME."""
+
+    path: root_rules.PathKind = "relative"
+    """integrated (moves summed up) or relative (the source's; what differs fades)"""
+    weights: str = "puppets"
+    """name of shipped weights, or a path to others; also the authors' folder"""
 
 
 class Same(LearnedMethod):
@@ -54,32 +72,27 @@ class Same(LearnedMethod):
     """
 
     from_pairs = True
-
-    def __init__(self, weights: str = "puppets", path: root_rules.PathKind = "relative") -> None:
-        super().__init__(weights)
-        self.path: root_rules.PathKind = path
-        self.presets: Mapping[str, TrainingConfig] = PRESETS
-        self.card = MethodCard(
-            name="same",
-            title="SAME",
-            summary="Codes of poses that any skeleton can decode, by graph attention, learned from pairs",
-            version=VERSION,
-            paper="Lee, Kang, Park, Lee, Won: SAME: Skeleton-Agnostic Motion Embedding for Character "
-            "Animation, SIGGRAPH Asia 2023",
-            published=({"path": "integrated"},),
-            differs={"path": "path relative to the source's"},
-            default=False,
-            apart="training not finished",
-            parameters={
-                "weights": "name of shipped weights, or a path to others; also the authors' folder",
-                "path": "integrated (moves summed up) or relative (the source's; what differs fades)",
-            },
-        )
+    Config = SameConfig
+    config: SameConfig
+    answering = ("path",)
+    presets: Mapping[str, TrainingConfig] = PRESETS
+    card = MethodCard(
+        name="same",
+        title="SAME",
+        summary="Codes of poses that any skeleton can decode, by graph attention, learned from pairs",
+        version=VERSION,
+        paper="Lee, Kang, Park, Lee, Won: SAME: Skeleton-Agnostic Motion Embedding for Character "
+        "Animation, SIGGRAPH Asia 2023",
+        published=({"path": "integrated"},),
+        differs={"path": "path relative to the source's"},
+        default=False,
+        apart="training not finished",
+    )
 
     @property
     def root_rule(self) -> str:
         """The rule that paths follow; "" where the decoder's moves are summed up."""
-        return RATIO if self.path == "relative" else ""
+        return RATIO if self.config.path == "relative" else ""
 
     @classmethod
     def authors_weights(cls, path: Path) -> AuthorsWeights | None:
@@ -93,10 +106,7 @@ class Same(LearnedMethod):
         return {"nodes": see(body(motion.character), motion)}
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SameTraining:
-        def trained(tensors: Mapping[str, Tensor]) -> Method:
-            return Same(self.weights, self.path).using(tensors)
-
-        return SameTraining(training_data, config, Autoencoder(), trained)
+        return SameTraining(training_data, config, Autoencoder(), self.using)
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
@@ -105,7 +115,7 @@ class Same(LearnedMethod):
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         if not isinstance(source, Motion):
             raise NotSupported("same needs a source with rotations, not positions only")
-        return retargeted(self._network.to(torch.device(context.device)), source, target, self.path)
+        return retargeted(self._network.to(torch.device(context.device)), source, target, self.config.path)
 
     @cached_property
     def _network(self) -> Autoencoder:
@@ -113,18 +123,5 @@ class Same(LearnedMethod):
         bundles.fill(network, self.tensors, f"{self._at or 'weights'}")
         return network.eval()
 
-
-_DEFAULT = TrainingConfig(
-    steps=12_000, batch=16, window=8, rate=3e-3, schedule="cosine", warm_up=100, validate=500, average=0.999
-)
-PRESETS = {
-    "paper": TrainingConfig(
-        steps=240_000, batch=256, window=8, rate=1e-2, schedule="cosine", validate=5000
-    ),
-    "default": _DEFAULT,
-    "quick": replace(_DEFAULT, steps=60, batch=8, warm_up=10, validate=30, cases=4),
-}
-"""The released config has the batch, the window and the highest rate of ``paper``, for 240 epochs; how many
-steps an epoch has is not said."""
 
 plugin = Same

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import replace
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from retarget_bench.api import Method, MethodCard
+from retarget_bench.api import MethodCard
 from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins.spec import Scalar
@@ -21,7 +21,7 @@ from retarget_bench.training.layers.skeletal.features import unfit
 from retarget_bench.training.layers.skeletal.method import SkeletalMethod
 from retarget_bench.training.layers.trained_structures import not_among, unknown
 
-from .settings import DIFFERS, PARAMETERS, SETTINGS, Overrides, Settings, Variant
+from .settings import DIFFERS, SETTINGS, SanConfig, Settings
 from .skeleton import layout_of
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class San(SkeletalMethod):
 
     variant: ``released`` is what the authors' code does, with which their numbers were made; ``own`` the
     same networks, the root's slot mended, on bodies in hip heights that face ahead, with more weight on
-    joint positions. Where a parameter is empty or negative, the variant decides:
+    joint positions. The variant decides what is not given:
 
     neighbours: of the root's slot, see ``Edges.neighbours``. root, lengths, path: the features of motions,
         see ``Features``.
@@ -61,6 +61,19 @@ class San(SkeletalMethod):
     weights: with ``variant=released`` also the authors' folder ``pretrained``, see docs/methods.md.
     """
 
+    Config = SanConfig
+    config: SanConfig
+    card = MethodCard(
+        name="san",
+        title="SAN",
+        summary="Skeletal convolutions and poolings: auto-encoders of structures around one code",
+        version="1",
+        paper="Aberman, Li, Lischinski, Sorkine-Hornung, Cohen-Or, Chen: Skeleton-Aware Networks for "
+        "Deep Motion Retargeting, SIGGRAPH 2020",
+        published=({"variant": "released"},),
+        default=False,
+        apart="for the structures in the training data alone",
+    )
     presets: Mapping[str, TrainingConfig] = {
         "paper": TrainingConfig(steps=150_000, batch=512, window=64, rate=2e-4, validate=2000),
         "default": TrainingConfig(
@@ -78,32 +91,15 @@ class San(SkeletalMethod):
         ),
     }
 
-    def __init__(
-        self, variant: Variant = "own", weights: str = "puppets", **overrides: Annotated[Any, Overrides]
-    ) -> None:
-        super().__init__(weights)
-        options = asdict(Overrides(**overrides))
-        self.variant, self.target_stats, self.tips = variant, options["target_stats"], options["tips"]
-        self.allowed = options["structures"]
-        self.settings: Settings = SETTINGS[variant].overridden(options)
-        self.card = MethodCard(
-            name="san",
-            title="SAN",
-            summary="Skeletal convolutions and poolings: auto-encoders of structures around one code",
-            version="1",
-            paper="Aberman, Li, Lischinski, Sorkine-Hornung, Cohen-Or, Chen: Skeleton-Aware Networks for "
-            "Deep Motion Retargeting, SIGGRAPH 2020",
-            published=({"variant": "released"},),
-            differs=DIFFERS if variant == "own" else {},
-            needs=self._privileged(),
-            default=False,
-            apart="for the structures in the training data alone",
-            parameters=PARAMETERS,
-        )
+    def __init__(self, **parameters: Any) -> None:
+        super().__init__(**parameters)
+        self.settings: Settings = SETTINGS[self.config.variant].overridden(self.config)
+        differs = DIFFERS if self.config.variant == "own" else {}
+        self.card = replace(type(self).card, differs=differs, needs=self._privileged())
 
     # ------------------------------------------------------------------------------------------ bodies
     def unfit(self, character: Character) -> str:
-        return not_among(character, self.allowed, self.card.name) or self._unseen(character)
+        return not_among(character, self.config.structures, self.card.name) or self._unseen(character)
 
     def _unseen(self, character: Character) -> str:
         """Reason why a body has no features; "" where it has."""
@@ -121,7 +117,11 @@ class San(SkeletalMethod):
 
     # ---------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, Scalar]:
-        return {"variant": self.variant, "structures": self.allowed, **self.settings.values()}
+        return {
+            "variant": self.config.variant,
+            "structures": self.config.structures,
+            **self.settings.values(),
+        }
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SanTraining:
         """Raises NotSupported where bodies of one structure differ in joints, or there is one body only."""
@@ -132,11 +132,7 @@ class San(SkeletalMethod):
                 f"windows of san are a multiple of 4 and {SHORTEST} or more, and not {config.window}"
             )
 
-        def trained(tensors: Mapping[str, Tensor]) -> Method:
-            same = {"path": self.settings.features.path, "tips": self.tips}
-            return San(**{**self.facts(), **same}, target_stats=self.target_stats).using(tensors)
-
-        return SanTraining(training_data, config, self.bodies(training_data), self.settings, trained)
+        return SanTraining(training_data, config, self.bodies(training_data), self.settings, self.using)
 
     @classmethod
     def authors_weights(cls, path: Path) -> AuthorsWeights | None:
@@ -148,7 +144,7 @@ class San(SkeletalMethod):
 
             return released.read(files)
 
-        return AuthorsWeights(path, files.paths, read, released_files.NOTE, cls("released").facts())
+        return AuthorsWeights(path, files.paths, read, released_files.NOTE, cls(variant="released").facts())
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
@@ -183,4 +179,3 @@ def _body(character: Character, turned: bool) -> LayoutBody:
 
 
 plugin = San
-__all__ = ["PARAMETERS", "San", "plugin"]

@@ -1,4 +1,4 @@
-"""SAN's variants and the parameters that override them.
+"""SAN's variants and the parameters that take their place.
 
 ``released`` is Aberman et al., SIGGRAPH 2020, as the authors' code runs it, with which its numbers were
 made; ``own`` the same networks and losses on features of bodies in hip heights.
@@ -7,7 +7,7 @@ made; ``own`` the same networks and losses on features of bodies in hip heights.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal, Self
+from typing import Literal, Self
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar
@@ -20,50 +20,44 @@ from .skeleton import Neighbours
 Variant = Literal["own", "released"]
 Statistics = Literal["structure", "character"]
 Heights = Literal["given", "learnt"]
-UNSET: Final = ""
-"""A choice that the variant makes."""
-NEGATIVE: Final = -1.0
-"""A number that the variant sets."""
 
 
 @dataclass(frozen=True)
-class Overrides:
-    """Parameters that take the place of the variant's."""
+class SanConfig:
+    """Parameters of SAN; the variant decides those that are None."""
 
-    neighbours: Literal["", Neighbours] = UNSET
-    root: Literal["", Root] = UNSET
-    lengths: Literal["", Lengths] = UNSET
-    path: Literal["", Path] = UNSET
-    statistics: Literal["", Statistics] = UNSET
-    target_stats: Literal["transferred", "own"] = "transferred"
-    heights: Heights = "given"
-    positions: float = NEGATIVE
-    cycle: float = NEGATIVE
-    ends: float = NEGATIVE
-    adversarial: float = NEGATIVE
+    variant: Variant = "own"
+    """own, or released (as the authors' code)"""
     structures: str = TWO_LEGGED
+    """trained on: two_legged, all, or names joined by +"""
+    path: Path | None = None
+    """of the root: decoded, relative (to the source's; what differs fades) or carried (the source's plus
+    what is decoded)"""
     tips: Literal["copied", "rest"] = "copied"
+    """ends of chains: copied or rest"""
+    target_stats: Literal["transferred", "own"] = "transferred"
+    """by character: transferred, or own (of the target's reference motions: privileged)"""
+    weights: str = "puppets"
+    """name of shipped weights, or a path to others, also to the authors' folder"""
+    neighbours: Neighbours | None = None
+    """of the root's slot: fixed, or released (with its known mistake)"""
+    root: Root | None = None
+    """the root's channels: velocity, height (velocity, but height), position"""
+    lengths: Lengths | None = None
+    """world (centimetres) or body (hip heights)"""
+    statistics: Statistics | None = None
+    """mean and deviation by structure or by character"""
+    heights: Heights = "given"
+    """that end effectors are compared in: given, or learnt"""
+    positions: float | None = None
+    """weight of joint positions in the reconstruction"""
+    cycle: float | None = None
+    """weight of the distance of codes"""
+    ends: float | None = None
+    """weight of end effectors' movement"""
+    adversarial: float | None = None
+    """weight of the adversarial loss"""
 
-
-PARAMETERS = {
-    "variant": "own, or released (as the authors' code)",
-    "neighbours": "of the root's slot: fixed, or released (with its known mistake); empty: as the variant",
-    "root": "the root's channels: velocity, height (velocity, but height), position; empty: as the variant",
-    "lengths": "world (centimetres) or body (hip heights); empty: as the variant",
-    "path": "of the root: decoded, relative (to the source's; what differs fades) or carried (the source's "
-    "plus what is decoded); empty: as the variant",
-    "statistics": "mean and deviation by structure or by character; empty: as the variant",
-    "target_stats": "by character: transferred, or own (of the target's reference motions: privileged)",
-    "heights": "that end effectors are compared in: given, or learnt",
-    "positions": "weight of joint positions in the reconstruction; negative: as the variant",
-    "cycle": "weight of the distance of codes; negative: as the variant",
-    "ends": "weight of end effectors' movement; negative: as the variant",
-    "adversarial": "weight of the adversarial loss; negative: as the variant",
-    "structures": "trained on: two_legged, all, or names joined by +",
-    "tips": "ends of chains: copied or rest",
-    "weights": "name of shipped weights, or a path to others, also to the authors' folder",
-}
-"""A line on each parameter, for the method's card."""
 
 DIFFERS = {
     "neighbours": "root's slot mended",
@@ -121,13 +115,12 @@ class Settings:
     least_deviation: float = 0.0
     shared: bool = False
 
-    def overridden(self, options: Mapping[str, Any]) -> Self:
-        """With the parameters given; an empty word or a negative number leaves the variant's choice.
-
-        Raises BenchError where a number is not finite."""
-        if not all(math.isfinite(options[name]) for name in FIELDS["weights"]):
-            raise BenchError("weights of san's losses are finite numbers")
-        chosen = {k: v for k, v in options.items() if v != UNSET and (isinstance(v, str) or not v < 0.0)}
+    def overridden(self, config: SanConfig) -> Self:
+        """With the parameters that are given. Raises BenchError where a number is out of range."""
+        values = {name: getattr(config, name) for names in FIELDS.values() for name in names}
+        chosen = {name: value for name, value in values.items() if value is not None}
+        if not all(0.0 <= chosen.get(name, 0.0) < math.inf for name in FIELDS["weights"]):
+            raise BenchError("weights of san's losses are finite numbers, zero or more")
         parts = {part: {k: chosen[k] for k in names if k in chosen} for part, names in FIELDS.items()}
         features = replace(self.features, **parts["features"])
         return replace(

@@ -15,7 +15,6 @@ from retarget_bench.motion import body22, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skinning_torch import skinned
-from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
@@ -42,7 +41,30 @@ DRAWS = 8
 """Estimates of each body's joints that are trained with in turn."""
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True)
+class SkinConfig:
+    """Raises BenchError for what cannot be."""
+
+    inputs: Inputs = "distances"
+    """what is seen of a point: distances to joints, as the text has it, or vectors from them (Table 7)"""
+    dropout: float = 0.0
+    """share of numbers dropped in training (the paper: 0.2)"""
+    joints: Literal["skr", "truth"] = "skr"
+    """joints in T-pose, in training and answers: found by skr, or the truth"""
+    skr: str = "puppets"
+    """name of skr's weights, which find joints, or a path to others"""
+    weights: str = "puppets"
+    """name of shipped weights, or a path to others"""
+
+    def __post_init__(self) -> None:
+        if self.inputs not in ("distances", "vectors"):
+            raise BenchError(f"skin: inputs are distances or vectors, not {self.inputs}")
+        if self.joints not in ("skr", "truth"):
+            raise BenchError(f"skin: joints are of skr or the truth, not {self.joints}")
+        if not 0 <= self.dropout < 1:
+            raise BenchError("skin: dropout is a share from 0 to below 1")
+
+
 class SKIN(LearnedMethod):
     """Skinning predictor of the correspondence-free pipeline (Marsot, Rekik et al., HAL v1, 2023).
 
@@ -52,14 +74,11 @@ class SKIN(LearnedMethod):
 
     As a method it poses a target's mesh by the rotations of a source that is the same body, with weights
     and joints of its own: what is left of the error is the skin's.
-
-    inputs: ``distances`` to the joints, as the paper's text has it, or ``vectors`` from them (Table 7).
-    dropout: the paper's is 0.2. joints: in training and answers: found by ``skr``, or the ``truth``.
-    skr: name of SKR's weights, or a path to others.
-
-    Raises BenchError for parameters that cannot be.
     """
 
+    Config = SkinConfig
+    config: SkinConfig
+    answering = ("skr",)
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(
             steps=200 * 63_520 // 64, batch=16, window=1, fps=10.0, rate=1e-4, validate=5000, cases=9
@@ -68,12 +87,6 @@ class SKIN(LearnedMethod):
         "quick": replace(DEFAULT, steps=30, batch=4, warm_up=5, validate=15, cases=1),
     }
     """The paper says Adam at 1e-4 for 200 epochs of 63,520 frames, and no batch size; rows have four."""
-
-    inputs: Inputs = "distances"
-    dropout: float = 0.0
-    joints: Literal["skr", "truth"] = "skr"
-    skr: str = "puppets"
-    weights: str = "puppets"
 
     card = MethodCard(
         name="skin",
@@ -85,27 +98,9 @@ class SKIN(LearnedMethod):
         differs={"dropout": "no dropout"},
         default=False,
         apart="poses the body that it sees",
-        parameters={
-            "weights": "name of shipped weights, or a path to others",
-            "inputs": "what is seen of a point: distances to joints, or vectors from them",
-            "dropout": "share of numbers dropped in training (the paper: 0.2)",
-            "joints": "joints in T-pose: found by skr, or the truth",
-            "skr": "weights of skr that find joints",
-        },
     )
 
-    def __post_init__(self) -> None:
-        if self.inputs not in ("distances", "vectors"):
-            raise BenchError(f"skin: inputs are distances or vectors, not {self.inputs}")
-        if self.joints not in ("skr", "truth"):
-            raise BenchError(f"skin: joints are of skr or the truth, not {self.joints}")
-        if not 0 <= self.dropout < 1:
-            raise BenchError("skin: dropout is a share from 0 to below 1")
-
     # -------------------------------------------------------------------------------------- training
-    def facts(self) -> Mapping[str, Scalar]:
-        return {name: getattr(self, name) for name in ("inputs", "dropout", "joints")}
-
     def unfit(self, character: Character) -> str:
         if character.skin is None:
             return f"{character.name} has no mesh to pose"
@@ -118,26 +113,26 @@ class SKIN(LearnedMethod):
         return SkinTraining(
             training_data,
             self._skeletons,
-            SkinningPredictor(self.inputs, self.dropout),
-            lambda tensors: replace(self).using(tensors),
+            SkinningPredictor(self.config.inputs, self.config.dropout),
+            self.using,
         )
 
     def _skeletons(self, body: SkinnedBody, draws: int = DRAWS) -> np.ndarray:
         """``(estimates, 22, 3)`` metres: the joints of a body in T-pose."""
-        if self.joints == "truth":
+        if self.config.joints == "truth":
             return body.resting[None]
         joints: np.ndarray = self._regressor.resting(body.vertices[:, :3], body.faces, draws)
         return joints
 
     @cached_property
     def _regressor(self) -> Any:
-        return of_weights("skr", self.skr)
+        return of_weights("skr", self.config.skr)
 
     # --------------------------------------------------------------------------------- what is known
     @property
     def stages(self) -> Mapping[str, Any]:
         """SKR, where it finds the joints."""
-        return {"skr": self._regressor} if self.joints == "skr" else {}
+        return {"skr": self._regressor} if self.config.joints == "skr" else {}
 
     @property
     def weights_hash(self) -> str:
@@ -179,7 +174,7 @@ class SKIN(LearnedMethod):
 
     @cached_property
     def _predictor(self) -> SkinningPredictor:
-        predictor = SkinningPredictor(self.inputs, self.dropout)
+        predictor = SkinningPredictor(self.config.inputs, self.config.dropout)
         weights.fill(predictor, self.tensors)
         return predictor.eval()
 

@@ -14,7 +14,6 @@ from retarget_bench.motion.character import Character, Positions
 from retarget_bench.motion.motion import Motion, Prediction
 from retarget_bench.motion.point_sets import PointSets
 from retarget_bench.motion.surface_sampling import sampled
-from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
@@ -27,8 +26,6 @@ from .training import SkrTraining
 
 DRAWS, SPOTS = 64, 2048
 """How often points are drawn from a surface at rest, and how many, so that its joints are exact."""
-FACTS = ("network", "direction", "dropout", "fewest", "most", "stretched")
-"""Parameters that weights depend on."""
 DEFAULT = TrainingConfig(
     steps=40_000,
     batch=32,
@@ -43,7 +40,44 @@ DEFAULT = TrainingConfig(
 )
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True)
+class SkrConfig:
+    """Raises BenchError for what cannot be."""
+
+    network: Literal["count", "table5"] = "count"
+    """count (1.6 M parameters, as stated) or table5 (3.5 M, as printed)"""
+    direction: Literal["principal", "world"] = "principal"
+    """points are seen along their main level direction (principal) or the world's"""
+    dropout: float = 0.0
+    """share of numbers dropped in training (the paper: 0.3)"""
+    stretched: float = 0.75
+    """share of training rows in which bodies have other proportions, drawn at random"""
+    fewest: int = 128
+    """fewest points of a training row"""
+    most: int = 1024
+    """most points of a training row"""
+    points: int = 1024
+    """points drawn from the surface where the source is a motion"""
+    views: int = 4
+    """1, 2 or 4: points are shared out to be seen as they are, turned and mirrored"""
+    weights: str = "puppets"
+    """name of shipped weights, or a path to others"""
+
+    def __post_init__(self) -> None:
+        if self.network not in ("count", "table5"):
+            raise BenchError(f"skr: network is count or table5, not {self.network}")
+        if self.direction not in ("principal", "world"):
+            raise BenchError(f"skr: direction is principal or world, not {self.direction}")
+        if not 0 <= self.dropout < 1:
+            raise BenchError("skr: dropout is a share from 0 to below 1")
+        if not 0 <= self.stretched <= 1:
+            raise BenchError("skr: stretched is a share from 0 to 1")
+        if self.views not in (1, 2, 4):
+            raise BenchError(f"skr: views are 1, 2 or 4, not {self.views}")
+        if not 1 <= self.fewest <= self.most or self.points < 1:
+            raise BenchError("skr needs at least one point, and no more points fewest than most")
+
+
 class SKR(LearnedMethod):
     """Skeleton regressor of the correspondence-free pipeline (Marsot, Rekik et al., HAL v1, 2023).
 
@@ -67,10 +101,11 @@ class SKR(LearnedMethod):
     fewest, most: points of a training row. points: drawn of a source that is known by a motion.
     views: 4, ours: points are shared out among four views, as they are, turned to the back, and both in a
         mirror, and the answers averaged. 2: the first two. 1: as they are.
-
-    Raises BenchError for parameters that cannot be.
     """
 
+    Config = SkrConfig
+    config: SkrConfig
+    answering = ("points", "views")
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(
             steps=100 * 63_520 // 32, batch=32, window=1, fps=10.0, rate=1e-4, validate=5000, cases=9
@@ -79,16 +114,6 @@ class SKR(LearnedMethod):
         "quick": replace(DEFAULT, steps=30, batch=4, warm_up=5, validate=15, cases=1),
     }
     """The paper says Adam at 1e-4 for 100 epochs of 63,520 frames, and no batch size."""
-
-    network: Literal["count", "table5"] = "count"
-    direction: Literal["principal", "world"] = "principal"
-    dropout: float = 0.0
-    stretched: float = 0.75
-    fewest: int = 128
-    most: int = 1024
-    points: int = 1024
-    views: int = 4
-    weights: str = "puppets"
 
     card = MethodCard(
         name="skr",
@@ -110,37 +135,9 @@ class SKR(LearnedMethod):
         stochastic=True,
         default=False,
         apart="finds joints of the body it sees",
-        parameters={
-            "weights": "name of shipped weights, or a path to others",
-            "network": "count (1.6 M parameters, as stated) or table5 (3.5 M, as printed)",
-            "direction": "points are seen along their main level direction (principal) or the world's",
-            "dropout": "share of numbers dropped in training (the paper: 0.3)",
-            "stretched": "share of training rows in which bodies have other proportions, drawn at random",
-            "fewest": "fewest points of a training row",
-            "most": "most points of a training row",
-            "views": "1, 2 or 4: points are shared out to be seen as they are, turned and mirrored",
-            "points": "points drawn from the surface where the source is a motion",
-        },
     )
 
-    def __post_init__(self) -> None:
-        if self.network not in ("count", "table5"):
-            raise BenchError(f"skr: network is count or table5, not {self.network}")
-        if self.direction not in ("principal", "world"):
-            raise BenchError(f"skr: direction is principal or world, not {self.direction}")
-        if not 0 <= self.dropout < 1:
-            raise BenchError("skr: dropout is a share from 0 to below 1")
-        if not 0 <= self.stretched <= 1:
-            raise BenchError("skr: stretched is a share from 0 to 1")
-        if self.views not in (1, 2, 4):
-            raise BenchError(f"skr: views are 1, 2 or 4, not {self.views}")
-        if not 1 <= self.fewest <= self.most or self.points < 1:
-            raise BenchError("skr needs at least one point, and no more points fewest than most")
-
     # -------------------------------------------------------------------------------------- training
-    def facts(self) -> Mapping[str, Scalar]:
-        return {name: getattr(self, name) for name in FACTS}
-
     def unfit(self, character: Character) -> str:
         if character.skin is None:
             return f"{character.name} has no mesh to draw points from"
@@ -152,14 +149,16 @@ class SKR(LearnedMethod):
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SkrTraining:
         return SkrTraining(
             training_data,
-            (self.fewest, self.most),
+            (self.config.fewest, self.config.most),
             self._built(),
-            self.stretched,
-            lambda tensors: replace(self).using(tensors),
+            self.config.stretched,
+            self.using,
         )
 
     def _built(self) -> SkeletonRegressor:
-        return SkeletonRegressor(self.network == "table5", self.dropout, self.direction == "principal")
+        return SkeletonRegressor(
+            self.config.network == "table5", self.config.dropout, self.config.direction == "principal"
+        )
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
@@ -169,12 +168,12 @@ class SKR(LearnedMethod):
 
     def retarget(self, source: Prediction | PointSets, target: Character, *, context: Context) -> Positions:
         self._regressor.to(context.device)
-        joints = self.joints(points_of(source, self.points, context.seed))
+        joints = self.joints(points_of(source, self.config.points, context.seed))
         return target.positions(placed(target, joints), source.fps)
 
     def joints(self, points: Sequence[np.ndarray]) -> np.ndarray:
         """``(frames, 22, 3)`` metres: the joints under the points ``(V, 3)`` of each frame."""
-        return joints_of(self._regressor, points, self.views)
+        return joints_of(self._regressor, points, self.config.views)
 
     def resting(self, vertices: np.ndarray, faces: np.ndarray, draws: int = DRAWS) -> np.ndarray:
         """``(draws, 22, 3)`` metres: the joints of a surface in T-pose, vertices ``(V, 3)`` and faces

@@ -1,15 +1,14 @@
 """SMRM, the recurrent retargeter of correspondence-free online retargeting: two GRUs and kinematics."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import torch
 
 from retarget_bench.api import Context, MethodCard, Prediction
-from retarget_bench.errors import BenchError
-from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Scalar
@@ -19,14 +18,14 @@ from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
 from .ablations import ABLATIONS
-from .features import Features, Normalisation, Root, Yaw, unfit
+from .config import SmrmConfig
+from .features import Features, unfit
 from .inference import retargeted
 from .network import Generator
-from .training import SmrmTraining, Weighting
+from .training import SmrmTraining
 
 
-@dataclass(eq=False)
-class SMRM(Weighting, LearnedMethod):
+class SMRM(LearnedMethod):
     """Skeletal motion retargeting of the correspondence-free pipeline (Marsot, Rekik et al., HAL v1, 2023).
 
     A two-layer GRU reads places of 22 joints and a move of the hips frame by frame; a second one reads its
@@ -70,18 +69,11 @@ class SMRM(Weighting, LearnedMethod):
     path over the window, in units of the normalisation (metres, or hip heights). Adam is torch's, gradients
     of the generator are cut to a norm of 1.
 
-    Raises BenchError for parameters that cannot be.
     """
 
-    normalisation: Normalisation = "body"
-    root: Root = "height"
-    yaw: Yaw = "removed"
-    context: int = 30
-    noise: float = 0.0
-    hidden: int = 512
-    path: root_rules.PathKind = "relative"
-    weights: str = "puppets"
-
+    Config = SmrmConfig
+    config: SmrmConfig
+    answering = ("path", "variant")
     ablations = ABLATIONS
     card = MethodCard(
         name="smrm",
@@ -93,33 +85,11 @@ class SMRM(Weighting, LearnedMethod):
         published=({"variant": "paper", "path": "integrated"},),
         differs={"variant": "adversarial weight 0.0001", "path": "path relative to the source's"},
         accepts=("motion", "positions"),
-        parameters={
-            "weights": "name of shipped weights, or a path to others",
-            "normalisation": "lengths in hip heights (body) or metres (global), in deviations; or none",
-            "root": "what is seen of the hips: height (and level steps), displacement, position",
-            "yaw": "directions seen from where the character faces (removed) or the world's (kept)",
-            "variant": "weights of the losses: own, or paper (eq. 2 as printed)",
-            "adversarial": "weight of the adversarial term (eq. 2: 1); negative: as the variant",
-            "rotation_cycle": "weight of the rotations' cycle loss (0: without)",
-            "smooth": "weight of the mean acceleration of the hips",
-            "reference_rotation": "what rotations are compared with: truth, self",
-            "same": "share of training rows whose target is their own character; negative: as the variant",
-            "context": "frames of a training window",
-            "noise": "of the source's joints in training, hip heights (0: none)",
-            "path": "integrated (moves summed up) or relative (the source's, scaled; what differs fades)",
-            "hidden": "numbers of a GRU's state",
-        },
     )
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.context < 2 or self.hidden < 1:
-            raise BenchError("smrm needs a context of two frames or more, and at least one hidden number")
-        if min(self.adversarial, self.rotation_cycle, self.smooth) < 0 or not 0 <= self.same <= 1:
-            raise BenchError("weights of smrm's losses cannot be negative, and same is a share from 0 to 1")
-        if not 0.0 <= self.noise < 1.0:
-            raise BenchError("smrm: noise is a share of the hip height, from 0 to below 1")
-        self.features = Features(self.normalisation, self.root, self.yaw)
+    def __init__(self, **parameters: Any) -> None:
+        super().__init__(**parameters)
+        self.features = Features(self.config.normalisation, self.config.root, self.config.yaw)
 
     @property
     def presets(self) -> Mapping[str, TrainingConfig]:
@@ -127,7 +97,7 @@ class SMRM(Weighting, LearnedMethod):
         default = TrainingConfig(
             steps=8000,
             batch=32,
-            window=self.context,
+            window=self.config.context,
             rate=1e-3,
             schedule="cosine",
             warm_up=200,
@@ -136,7 +106,7 @@ class SMRM(Weighting, LearnedMethod):
         )
         return {
             "paper": TrainingConfig(
-                steps=1000 * 2330 // 16, batch=16, window=self.context, rate=1e-4, validate=2500
+                steps=1000 * 2330 // 16, batch=16, window=self.config.context, rate=1e-4, validate=2500
             ),
             "default": default,
             "quick": replace(default, steps=60, batch=16, warm_up=10, validate=30, cases=4),
@@ -145,14 +115,13 @@ class SMRM(Weighting, LearnedMethod):
     @property
     def root_rule(self) -> str:
         """The rule that paths follow; "" where the network's moves are summed up."""
-        return "hip_height" if self.path == "relative" else ""
+        return "hip_height" if self.config.path == "relative" else ""
 
     # -------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, Scalar]:
-        """All parameters that weights depend on; of the variant, what it decides. Without noise, weights
-        are those of before there was any."""
-        left_out = ("path", "variant", "weights", *(() if self.noise else ("noise",)))
-        return {name: x for name, x in asdict(self).items() if name not in left_out}
+        """The parameters that weights depend on; of the variant, what it decides."""
+        config = self.config
+        return {**super().facts(), "adversarial": config.adversarial_weight, "same": config.same_share}
 
     def unfit(self, character: Character) -> str:
         return unfit(character)
@@ -165,10 +134,9 @@ class SMRM(Weighting, LearnedMethod):
             training_data,
             config,
             self.features,
-            self,
-            Generator(self.hidden),
-            lambda tensors: replace(self).using(tensors),
-            self.noise,
+            self.config,
+            Generator(self.config.hidden),
+            self.using,
         )
 
     # ----------------------------------------------------------------------------------- retargeting
@@ -184,12 +152,12 @@ class SMRM(Weighting, LearnedMethod):
         if not sources:
             return []
         device = torch.device(contexts[0].device)
-        return retargeted(self.generator.to(device), self.features, sources, targets, path=self.path)
+        return retargeted(self.generator.to(device), self.features, sources, targets, path=self.config.path)
 
     @cached_property
     def generator(self) -> Generator:
         """The networks, in evaluation mode."""
-        generator = Generator(self.hidden)
+        generator = Generator(self.config.hidden)
         weights.fill(generator, self.tensors)
         return generator.eval()
 

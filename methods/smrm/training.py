@@ -1,8 +1,7 @@
 """SMRM while it is trained: batches of characters and motions, and the losses of eq. 2."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
@@ -22,33 +21,12 @@ from retarget_bench.training.layers.masks import frame_mask
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
 from . import losses
+from .config import SmrmConfig
 from .features import FPS, Features
 from .network import MOVES, Answer, Generator
 
-Reference = Literal["truth", "self"]
-Variant = Literal["own", "paper"]
-VARIANTS: Mapping[Variant, tuple[float, float]] = {"own": (0.0001, 0.2), "paper": (1.0, 0.0)}
-"""The weight of the adversarial term, and the share of rows whose target is their own character."""
 LEAST = 1e-2
 """Units: what varies less between frames or bodies is not blown up; of the hips a tenth."""
-
-
-@dataclass(eq=False)
-class Weighting:
-    """Weights of the losses; see ``SMRM``. same: the share of rows whose target is their own character.
-    Negative ones are as the variant has them."""
-
-    variant: Variant = "own"
-    adversarial: float = -1.0
-    rotation_cycle: float = 0.01
-    smooth: float = 0.001
-    reference_rotation: Reference = "truth"
-    same: float = -1.0
-
-    def __post_init__(self) -> None:
-        adversarial, same = VARIANTS[self.variant]
-        self.adversarial = adversarial if self.adversarial < 0 else self.adversarial
-        self.same = same if self.same < 0 else self.same
 
 
 class SmrmTraining:
@@ -59,18 +37,17 @@ class SmrmTraining:
         training_data: TrainingData,
         config: TrainingConfig,
         features: Features,
-        weighting: Weighting,
+        weighting: SmrmConfig,
         generator: Generator,
         trained: Callable[[Mapping[str, Tensor]], Method],
-        noise: float = 0.0,
     ) -> None:
-        """trained: makes the method from exported tensors. noise: of the source's joints, hip heights.
+        """weighting: the method's parameters. trained: makes the method from exported tensors.
         Raises NotSupported with one character only."""
         if len(training_data.clips) < 2:
             raise NotSupported("smrm learns from at least two characters, and there is one")
         self.training_data, self.features = training_data, features
         self.weighting, self._trained = weighting, trained
-        self._window, self._noise = config.window, noise
+        self._window, self._noise = config.window, weighting.noise
         self._names = sorted(training_data.clips)
         bodies = [features.body(training_data.characters[name]) for name in self._names]
         self._number = {name: number for number, name in enumerate(self._names)}
@@ -83,7 +60,7 @@ class SmrmTraining:
         self.discriminator = TemporalDiscriminator(3 * JOINTS + MOVES, 3 * (JOINTS - 1))
         self.modules = nn.ModuleDict({"generator": generator})
         self.phases: Sequence[Phase] = (Phase("generator", ("generator",), clip=1.0),)
-        self._adversarial = weighting.adversarial > 0 and weighting.same < 1
+        self._adversarial = weighting.adversarial_weight > 0 and weighting.same_share < 1
         if self._adversarial:
             self.modules["discriminator"], self.modules["rule"] = self.discriminator, self.rule
             self.phases = (*self.phases, Phase("discriminator", ("discriminator",)))
@@ -107,7 +84,7 @@ class SmrmTraining:
         """A window of a character per row, a body to carry it to, and a window of that body's own."""
         own = self.training_data.cast(numbers, rows)
         others = [self.training_data.another(numbers, name) for name in own]
-        same = numbers.random(rows) < self.weighting.same
+        same = numbers.random(rows) < self.weighting.same_share
         if self._adversarial:
             same[0] &= not same.all()  # there is always a row for the discriminator
         target = [a if keep else b for a, b, keep in zip(own, others, same, strict=True)]
@@ -180,7 +157,7 @@ class SmrmTraining:
             "smooth": weighting.smooth * losses.acceleration(path, real),
         }
         if self._adversarial:
-            terms["adversarial"] = weighting.adversarial * self._fooling(there, batch, memory)
+            terms["adversarial"] = weighting.adversarial_weight * self._fooling(there, batch, memory)
         return terms
 
     def _decoded(self, codes: Tensor, body: Mapping[str, Any]) -> Answer:

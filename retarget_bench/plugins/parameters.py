@@ -1,13 +1,17 @@
 """Fitting the parameters that a user wrote to those that a plug-in takes."""
 
+import ast
+import dataclasses
 import difflib
 import inspect
+import itertools
+import textwrap
 import types
 import typing
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar, Spec, write_value
@@ -37,6 +41,8 @@ class Parameter:
         shown = f"{self.name}={kind}" if kind else self.name
         if self.required:
             return f"{shown} (required)"
+        if self.default is None:
+            return shown
         plain = isinstance(self.default, str | int | float)
         return f"{shown} (default {write_value(self.default) if plain else str(self.default).lower()})"
 
@@ -44,8 +50,9 @@ class Parameter:
 def known(factory: Callable[..., Any]) -> tuple[list[Parameter], bool]:
     """The parameters of a plug-in, and whether it takes any others (``**parameters``).
 
-    Those of ``**overrides: Annotated[Any, Overrides]`` are the fields of the dataclass ``Overrides``.
+    Those of a class with a dataclass ``Config`` are its fields.
     """
+    factory = getattr(factory, "Config", factory)
     try:
         signature = inspect.signature(factory)
     except (TypeError, ValueError):
@@ -54,15 +61,23 @@ def known(factory: Callable[..., Any]) -> tuple[list[Parameter], bool]:
     parameters, others = [], False
     for each in signature.parameters.values():
         if each.kind is each.VAR_KEYWORD:
-            hint = hints.get(each.name)
-            if typing.get_origin(hint) is Annotated:
-                parameters += known(typing.get_args(hint)[1])[0]
-            else:
-                others = True
+            others = True
         elif each.kind in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD):
             accepted, choices = _accepted(hints.get(each.name), each.default)
             parameters.append(Parameter(each.name, accepted, choices, each.default))
     return parameters, others
+
+
+def documented(config: type) -> dict[str, str]:
+    """Field -> the docstring under it, in one line, of a dataclass and those that it derives from."""
+    lines: dict[str, str] = {}
+    for each in reversed(config.__mro__[:-1]):
+        body = ast.parse(textwrap.dedent(inspect.getsource(each))).body[0]
+        assert isinstance(body, ast.ClassDef)
+        for field, text in itertools.pairwise(body.body):
+            if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
+                lines[ast.unparse(field.target)] = " ".join(ast.literal_eval(text.value).split())
+    return {each.name: lines.get(each.name, "") for each in dataclasses.fields(config)}
 
 
 def fit(spec: Spec, factory: Callable[..., Any]) -> Spec:
@@ -160,7 +175,7 @@ def _hints(factory: Callable[..., Any]) -> dict[str, Any]:
     """Annotations, resolved. A class may annotate with names that exist for a type checker only."""
     function = factory.__init__ if isinstance(factory, type) else factory  # type: ignore[misc]
     try:
-        return typing.get_type_hints(function, include_extras=True)
+        return typing.get_type_hints(function)
     except (NameError, TypeError, AttributeError):
         return {}
 

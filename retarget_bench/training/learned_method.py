@@ -1,8 +1,8 @@
 """Base class of learned methods: weights by name or by path, read when they are needed.
 
-A method derives from ``LearnedMethod``, hands its parameter ``weights`` on, says what its weights depend
-on in ``facts`` and takes ``self.tensors`` where it retargets; docs/plugins.md has an example.
-Building one is cheap, whether or not there are weights: training builds it too.
+A method derives from ``LearnedMethod``, has its parameters as a dataclass ``Config`` and takes
+``self.tensors`` where it retargets; docs/plugins.md has an example. Building one is cheap, whether or not
+there are weights: training builds it too.
 """
 
 from __future__ import annotations
@@ -11,13 +11,15 @@ import inspect
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from retarget_bench.api import MethodCard
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
+from retarget_bench.plugins.parameters import documented
 from retarget_bench.plugins.spec import Scalar, Spec
 from retarget_bench.training import weights as bundles
 from retarget_bench.training.authors import LABEL, AuthorsWeights
@@ -34,24 +36,40 @@ def of_weights(name: str, weights: str, **others: Scalar) -> Any:
     there are no such weights, unless they go by the default name: then the method is untrained.
     """
     factory: Any = registry.load("methods", name)
-    default = inspect.signature(factory).parameters["weights"].default
-    there = weights != default or weights in factory.shipped()
+    there = weights != factory.Config.weights or weights in factory.shipped()
     facts = factory.card_of(weights).get("facts", {}) if there else {}
     return registry.create("methods", Spec(name, {**facts, "weights": weights, **others}))
 
 
 class LearnedMethod:
-    """weights: the name of weights in the folder ``weights`` beside the method's module, or a path: of a
-    card, of a file of tensors, of a folder that ``bench train`` wrote, or to ``authors_weights``."""
+    """A method with weights.
 
+    Config: a frozen dataclass of the parameters; a docstring under each field says what it is, in
+        ``bench info`` and in the card. It has ``weights``: the name of weights in the folder ``weights``
+        beside the method's module, or a path: of a card, of a file of tensors, of a folder that
+        ``bench train`` wrote, or to ``authors_weights``. Raises BenchError for what cannot be.
+    answering: parameters that answers depend on and weights do not, beside ``weights``.
+    """
+
+    Config: ClassVar[type[Any]]
+    config: Any
+    answering: ClassVar[tuple[str, ...]] = ()
     card: MethodCard
 
-    def __init__(self, weights: str) -> None:
-        self.weights = weights
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "Config" in vars(cls):
+            cls.__signature__ = inspect.signature(cls.Config)  # type: ignore[attr-defined]
+        if isinstance(card := vars(cls).get("card"), MethodCard):
+            cls.card = replace(card, parameters=documented(cls.Config))
+
+    def __init__(self, *values: Scalar, **parameters: Scalar) -> None:
+        self.config = self.Config(*values, **parameters)
 
     def facts(self) -> Mapping[str, Scalar]:
         """The parameters that weights depend on: another value needs other weights."""
-        return {}
+        free = {"weights", *self.answering}
+        return {name: value for name, value in vars(self.config).items() if name not in free}
 
     @classmethod
     def authors_weights(cls, path: Path) -> AuthorsWeights | None:  # noqa: ARG003
@@ -88,7 +106,7 @@ class LearnedMethod:
         """The name of shipped weights; else ``local-``, or ``authors-`` where they are those of the
         paper's authors, and the head of their hash."""
         if self._card is None or self._at in self.shipped().values():
-            return self.weights
+            return str(self.config.weights)
         return f"{LABEL if self._authors else 'local-'}{self.weights_hash[:8]}"
 
     @property
@@ -119,12 +137,12 @@ class LearnedMethod:
             return ""
         name, others = self.card.name, ", ".join(self.shipped())
         hint = f"there are {others}" if others else f"bench train {name} -d puppets makes some"
-        return f"{name} has no shipped weights of the name {self.weights!r}; {hint}"
+        return f"{name} has no shipped weights of the name {self.config.weights!r}; {hint}"
 
     @property
     def usual_weights(self) -> str:
         """The name of the weights where none is given."""
-        return str(inspect.signature(type(self)).parameters["weights"].default)
+        return str(self.Config.weights)
 
     @classmethod
     def shipped(cls) -> dict[str, Path]:
@@ -154,31 +172,22 @@ class LearnedMethod:
     @cached_property
     def tensors(self) -> Mapping[str, Tensor]:
         """The weights, read and verified. Raises BenchError where there are none or they do not fit."""
-        if self._at is None:
+        if self._at is None or self._card is None:
             raise BenchError(self.untrained)
         if self._authors is not None:
             return self._authors.read()
-        return bundles.read(self._at, **self._wanted).tensors
+        return bundles.read(self._at).tensors
 
     def using(self, tensors: Mapping[str, Tensor]) -> Self:
-        """This method with these tensors, whatever its weights are: for training.
-
-        What it has cached (``cached_property``), such as networks made of other tensors, is forgotten.
-        """
-        for name in list(self.__dict__):
-            if isinstance(inspect.getattr_static(type(self), name, None), cached_property):
-                del self.__dict__[name]
-        self.__dict__.update(tensors=tensors, _authors=None, _at=None, _card=None)
-        return self
-
-    @property
-    def _wanted(self) -> dict[str, Any]:
-        return {"method": self.card.name, "version": self.card.version, "facts": self.facts()}
+        """A method of the same parameters with these tensors, whatever its weights are: for training."""
+        other = type(self)(**vars(self.config))
+        other.__dict__.update(tensors=tensors, _authors=None, _at=None, _card=None)
+        return other
 
     @cached_property
     def _authors(self) -> AuthorsWeights | None:
         """The authors' weights where there are some at the path; they fit the parameters."""
-        authors = self.authors_weights(Path(self.weights).expanduser())
+        authors = self.authors_weights(Path(self.config.weights).expanduser())
         if authors is not None:
             authors.check(self.card.name, self.facts())
         return authors
@@ -189,15 +198,15 @@ class LearnedMethod:
         if self._authors is not None:
             return self._authors.path
         shipped = self.shipped()
-        if self.weights in shipped:
-            return shipped[self.weights]
-        if self.weights == self.usual_weights:
+        if self.config.weights in shipped:
+            return shipped[self.config.weights]
+        if self.config.weights == self.usual_weights:
             return None
-        path = Path(self.weights).expanduser()
+        path = Path(self.config.weights).expanduser()
         if path.suffix in (".json", ".safetensors") or len(path.parts) > 1 or path.is_dir():
             return bundles.locate(path)
         raise BenchError(
-            f"{self.card.name} has no shipped weights of the name {self.weights!r}; "
+            f"{self.card.name} has no shipped weights of the name {self.config.weights!r}; "
             f"{'there are ' + ', '.join(shipped) if shipped else 'there are none'}, and a path leads to "
             "others"
         )
@@ -209,5 +218,19 @@ class LearnedMethod:
         if self._authors is not None:
             return self._authors.card(self.card)
         card = bundles.read_card(self._at)
-        bundles.check(self._at, card, **self._wanted)
+        facts = self._completed(card["facts"])
+        bundles.check(
+            self._at,
+            {**card, "facts": facts},
+            method=self.card.name,
+            version=self.card.version,
+            facts=self.facts(),
+        )
         return card
+
+    def _completed(self, facts: Mapping[str, Any]) -> Mapping[str, Any]:
+        """A card's facts with the defaults of parameters that are newer than it."""
+        try:
+            return {**type(self)(**facts).facts(), **facts}
+        except (TypeError, BenchError):  # those of another method, or with fewer parameters now
+            return facts

@@ -17,18 +17,23 @@ from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.kinematic import features
 from retarget_bench.training.layers.kinematic.ends import Ends
 from retarget_bench.training.layers.kinematic.features import SIGNATURE, Signature
-from retarget_bench.training.layers.kinematic.retargeter import SightRetargeter, common_reasons
+from retarget_bench.training.layers.kinematic.retargeter import SightConfig, SightRetargeter, common_reasons
 from retarget_bench.training.layers.trained_structures import TWO_LEGGED, not_among, unknown
 
 ENDS = ("head", *(f"{side}_{part}" for side in SIDES for part in ("forearm", "hand", "leg", "foot")))
 """Roles of the joints that the loss ``ends`` watches."""
-PARAMETERS = {
-    "ends": "weight of where hands, feet, head, elbows and knees are on others (published: 0)",
-    "structures": "trained on: two_legged, all, or names joined by +",
-}
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True)
+class StructuresConfig(SightConfig):
+    """Parameters of methods with networks for every structure."""
+
+    structures: str = TWO_LEGGED
+    """trained on: two_legged, all, or names joined by +"""
+    ends: float = 30.0
+    """weight of where hands, feet, head, elbows and knees are on others (published: 0)"""
+
+
 class ManyStructures(SightRetargeter):
     """All joints that position errors count are seen, below the hips and in file order.
 
@@ -36,12 +41,11 @@ class ManyStructures(SightRetargeter):
     ends: weight of a term of our own on rows that go to another structure; see ``NknCross``.
     """
 
-    structures: str = TWO_LEGGED
-    ends: float = 30.0
+    config: StructuresConfig
 
     # ------------------------------------------------------------------------------------------ bodies
     def unfit(self, character: Character) -> str:
-        if why := not_among(character, self.structures, self.card.name):
+        if why := not_among(character, self.config.structures, self.card.name):
             return why
         try:
             self.body(character)
@@ -89,16 +93,16 @@ class ManyStructures(SightRetargeter):
                     "different joints; give one of them another structure"
                 )
         module = super().training_module(training_data, config)  # type: ignore[safe-super]
-        if self.ends:
+        if self.config.ends:
             bodies = {name: training_data.characters[name] for name in sorted(training_data.clips)}
             reaches = {name: self._reaches(body) for name, body in bodies.items()}
-            module.ends = Ends(self.ends, reaches)
+            module.ends = Ends(self.config.ends, reaches)
         module.signatures = {name: joints for name, (_, joints) in signatures.items()}
         return module
 
     def _reaches(self, character: Character) -> dict[str, tuple[int, float]]:
         """Role -> its joint among those that the networks see, and the length of its chain."""
-        body, unit = self.body(character), features.unit(character, self.lengths)
+        body, unit = self.body(character), features.unit(character, self.config.lengths)
         parents = body.skeleton.parents
         lengths = np.linalg.norm(body.skeleton.offsets, axis=-1) / unit
         reaches = {}

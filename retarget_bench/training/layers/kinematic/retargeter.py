@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, Protocol
 
@@ -17,7 +17,6 @@ from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.kinematic import features
@@ -60,28 +59,31 @@ class Cases:
     lengths: Sequence[int] = ()
 
 
-PARAMETERS = {
-    "facing": "frames over which the direction that a body faces is averaged",
-    "yaw": "where the target turns: predicted, or as the source",
-    "path": "integrated (movements summed up) or relative (the source's, scaled; what differs fades)",
-    "clean": "movements take the source's sign, and nothing rises where the source does not",
-    "lengths": "what lengths are counted in: world (centimetres) or body (its hips are 90 high)",
-    "weights": "name of shipped weights, or a path to others",
-}
-"""A line on each parameter of ``SightRetargeter`` but ``variant``, for methods' cards."""
+@dataclass(frozen=True)
+class SightConfig:
+    """Parameters of all these methods."""
+
+    variant: features.Variant = "own"
+    """own, or released (input and losses of the authors' code)"""
+    path: root_rules.PathKind = "relative"
+    """integrated (movements summed up) or relative (the source's, scaled; what differs fades)"""
+    yaw: features.Yaw = "predicted"
+    """where the target turns: predicted, or as the source"""
+    lengths: features.Lengths = "body"
+    """what lengths are counted in: world (centimetres) or body (its hips are 90 high)"""
+    facing: float = 20.0
+    """frames over which the direction that a body faces is averaged"""
+    clean: bool = False
+    """movements take the source's sign, and nothing rises where the source does not"""
+    weights: str = defaults.WEIGHTS
+    """name of shipped weights, or a path to others"""
 
 
-@dataclass(eq=False)
 class SightRetargeter(LearnedMethod):
     """Retargets between bodies that ``structure`` knows, by the networks of their structures."""
 
-    variant: features.Variant = "own"
-    facing: float = 20.0
-    yaw: features.Yaw = "predicted"
-    path: root_rules.PathKind = "relative"
-    clean: bool = False
-    lengths: features.Lengths = "body"
-    weights: str = defaults.WEIGHTS
+    config: SightConfig
+    answering = ("yaw", "path", "clean")
 
     @property
     def chunk(self) -> int:
@@ -91,7 +93,7 @@ class SightRetargeter(LearnedMethod):
     @property
     def root_rule(self) -> str:
         """The rule that paths follow; "" where the networks' moves are summed up."""
-        return ROOT_RULE if self.path == "relative" else ""
+        return ROOT_RULE if self.config.path == "relative" else ""
 
     # ---------------------------------------------------------------------------- bodies and networks
     @abstractmethod
@@ -142,12 +144,12 @@ class SightRetargeter(LearnedMethod):
 
     def see(self, source: Prediction) -> features.Sight:
         character = source.character
-        unit = features.unit(character, self.lengths)
-        return features.see(source, self.body(character), self.facing, unit, self.variant)
+        unit = features.unit(character, self.config.lengths)
+        return features.see(source, self.body(character), self.config.facing, unit, self.config.variant)
 
     def bones(self, character: Character) -> np.ndarray:
         """``(joints, 3)`` float32 inputs of the networks, in the unit."""
-        unit = features.unit(character, self.lengths)
+        unit = features.unit(character, self.config.lengths)
         return np.asarray(self.body(character).offsets / unit, dtype=np.float32)
 
     # ------------------------------------------------------------------------------------ retargeting
@@ -191,13 +193,13 @@ class SightRetargeter(LearnedMethod):
         poses, turn = _padded([sight.poses for sight in sights]), _padded([sight.turn for sight in sights])
         hips = _padded([sight.hips * by for sight, by in zip(sights, ratios, strict=True)])
         heights = [sight.height * by[1] for sight, by in zip(sights, ratios, strict=True)]
-        given_heights = heights if self.variant == "released" else ()
+        given_heights = heights if self.config.variant == "released" else ()
         lengths = [len(sight.poses) for sight in sights]
         stream = self.stream(Cases(actors, targets, device, given_heights, lengths))
         parts = []
         for first in range(0, len(poses), self.chunk):
             chunk = slice(first, first + self.chunk)
-            parts.append(stream.advance(poses[chunk], turn[chunk], hips[chunk], self.clean))
+            parts.append(stream.advance(poses[chunk], turn[chunk], hips[chunk], self.config.clean))
         turns, faced, hips = (np.concatenate(each) for each in zip(*parts, strict=True))
         motions = []
         for row, (source, target, sight) in enumerate(zip(sources, targets, sights, strict=True)):
@@ -210,11 +212,6 @@ class SightRetargeter(LearnedMethod):
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         """``poses`` ``(frames, channels)``: see ``pose.py``."""
         return {"poses": self.see(motion).poses}
-
-    def facts(self) -> Mapping[str, Scalar]:
-        """All parameters but those that retargeting alone reads."""
-        free = ("yaw", "path", "clean", "weights")
-        return {each.name: getattr(self, each.name) for each in fields(self) if each.name not in free}
 
     @abstractmethod
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Any:

@@ -38,8 +38,7 @@ class Retargeter(Protocol):
     """The part of a method that retargeting reads; see ``SkeletalMethod``."""
 
     settings: Any
-    target_stats: Any
-    tips: Any
+    config: Any
     yaw: Yaw
 
     @property
@@ -114,7 +113,7 @@ def _question(method: Retargeter, source: Motion, target: Assigned, context: Con
     (here, actor), (there, body) = method.assigned(source.character), target
     shown = rates.at_thirty(source)
     assert isinstance(shown, Motion)
-    ends = tips(shown, actor, body) if method.tips == "copied" else None
+    ends = tips(shown, actor, body) if method.config.tips == "copied" else None
     statistics = _statistics(method, here, actor), _statistics(method, there, body, context)
     inputs = method.settings.features.see(shown, actor)
     return Question(source, (here, there), inputs, actor, body, ends, statistics)
@@ -127,7 +126,7 @@ def _statistics(method: Retargeter, name: str, body: LayoutBody, context: Contex
     leak).
     """
     structure, character = method.structures[name], body.character
-    if context is None or method.target_stats != "own":
+    if context is None or method.config.target_stats != "own":
         (row,) = structure.statistics_row([character.name])
         return torch.stack([structure.mean[row], structure.deviation[row]]).cpu()
     shown = map(rates.at_thirty, context.target_motions or ())

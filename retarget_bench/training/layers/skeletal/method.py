@@ -31,13 +31,11 @@ class SkeletalMethod(LearnedMethod):
     """
 
     settings: Any
-    target_stats: Any  # parameters as ``completed`` gives them
-    tips: Any
     yaw: Yaw = "source"
 
     def _privileged(self) -> tuple[str, ...]:
         """The inputs that the card has to name. Raises BenchError for parameters that contradict."""
-        if self.target_stats != "own":
+        if self.config.target_stats != "own":
             return ()
         if self.settings.statistics != "character":
             raise BenchError(

@@ -1,0 +1,68 @@
+"""Parameters of SMRM."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import root_rules
+
+from .features import Normalisation, Root, Yaw
+
+Reference = Literal["truth", "self"]
+Variant = Literal["own", "paper"]
+VARIANTS: Mapping[Variant, tuple[float, float]] = {"own": (0.0001, 0.2), "paper": (1.0, 0.0)}
+"""The weight of the adversarial term, and the share of rows whose target is their own character."""
+
+
+@dataclass(frozen=True)
+class SmrmConfig:
+    """Raises BenchError for what cannot be."""
+
+    variant: Variant = "own"
+    """weights of the losses: own, or paper (eq. 2 as printed)"""
+    path: root_rules.PathKind = "relative"
+    """integrated (moves summed up) or relative (the source's, scaled; what differs fades)"""
+    normalisation: Normalisation = "body"
+    """lengths in hip heights (body) or metres (global), in deviations; or none"""
+    root: Root = "height"
+    """what is seen of the hips: height (and level steps), displacement, position"""
+    yaw: Yaw = "removed"
+    """directions seen from where the character faces (removed) or the world's (kept)"""
+    context: int = 30
+    """frames of a training window"""
+    adversarial: float | None = None
+    """weight of the adversarial term (eq. 2: 1); as the variant where it is not given"""
+    rotation_cycle: float = 0.01
+    """weight of the rotations' cycle loss (0: without)"""
+    smooth: float = 0.001
+    """weight of the mean acceleration of the hips"""
+    reference_rotation: Reference = "truth"
+    """what rotations are compared with: truth, self"""
+    same: float | None = None
+    """share of training rows whose target is their own character; as the variant where it is not given"""
+    noise: float = 0.0
+    """of the source's joints in training, hip heights (0: none)"""
+    hidden: int = 512
+    """numbers of a GRU's state"""
+    weights: str = "puppets"
+    """name of shipped weights, or a path to others"""
+
+    def __post_init__(self) -> None:
+        if self.context < 2 or self.hidden < 1:
+            raise BenchError("smrm needs a context of two frames or more, and at least one hidden number")
+        weights = (self.adversarial or 0.0, self.rotation_cycle, self.smooth)
+        if min(weights) < 0 or not 0 <= (self.same or 0.0) <= 1:
+            raise BenchError("weights of smrm's losses cannot be negative, and same is a share from 0 to 1")
+        if not 0.0 <= self.noise < 1.0:
+            raise BenchError("smrm: noise is a share of the hip height, from 0 to below 1")
+
+    @property
+    def adversarial_weight(self) -> float:
+        """As it is given, or as the variant has it."""
+        return VARIANTS[self.variant][0] if self.adversarial is None else self.adversarial
+
+    @property
+    def same_share(self) -> float:
+        """As it is given, or as the variant has it."""
+        return VARIANTS[self.variant][1] if self.same is None else self.same
