@@ -33,7 +33,7 @@ from retarget_bench.training.learned_method import LearnedMethod
 def command(method: str, run: Path, share: float) -> None:
     """Replace the shipped weights of METHOD by a mean of them and of those of RUN."""
     built: Any = bound.method(Spec.parse(method)).built
-    place = built.shipped().get(built.weights) if isinstance(built, LearnedMethod) else None
+    place = built.shipped().get(built.config.weights) if isinstance(built, LearnedMethod) else None
     if place is None:
         raise BenchError(f"{method} has no shipped weights, so there is nothing to take a mean with")
     before, after = weights.read(place), weights.read(run)
@@ -42,7 +42,7 @@ def command(method: str, run: Path, share: float) -> None:
             f"{run} did not begin from the shipped weights of {method}, but from {init or 'none'}"
         )
     tensors = mean(before.tensors, after.tensors, share)
-    weights.write(place.parent, built.weights, tensors, card(after.card, share))
+    weights.write(place.parent, built.config.weights, tensors, card(after.card, share))
     click.echo(f"{place}: {share:g} of {run}, the rest as it was")
 
 

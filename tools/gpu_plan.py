@@ -37,7 +37,7 @@ def line(text: str) -> str:
     if (EARLIER / spec.slug).is_dir():
         words += ["--init", str(EARLIER / spec.slug)]
     elif not built.untrained:
-        words += ["--init", built.weights]
+        words += ["--init", built.config.weights]
     return " ".join(words)
 
 

@@ -189,7 +189,7 @@ def trained(options: TrainingOptions, device: torch.device, cases: int) -> Verdi
     if verdict.shipped:
         built: Any = bound.method(options.method).built
         folder = Path(sys.modules[type(built).__module__].__file__ or "").parent / "weights"
-        weights.write(folder, built.weights, new.tensors, new.card)
+        weights.write(folder, built.config.weights, new.tensors, new.card)
         plan.forget()
     write_text(place, json.dumps(asdict(verdict), indent=1) + "\n")
     return verdict
@@ -207,7 +207,7 @@ def shipped(method: Spec) -> Any:
 def with_initial_weights(options: TrainingOptions) -> TrainingOptions:
     assert options.method is not None
     built = shipped(options.method)
-    return options if built is None else replace(options, init=built.weights)
+    return options if built is None else replace(options, init=built.config.weights)
 
 
 def validated(options: TrainingOptions, device: torch.device, cases: int) -> tuple[float | None, float]:

@@ -1,5 +1,6 @@
 """A small network that turns the joints of one body as those of another are placed: an example."""
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -102,22 +103,23 @@ class Training:
         fill(self.modules["network"], tensors)
 
 
+@dataclass(frozen=True)
+class Config:
+    """The parameters; the lines below them are what ``bench info`` says."""
+
+    width: int = 256
+    """numbers of a layer"""
+    weights: str = "none"
+    """a path, as of a folder of bench train"""
+
+
 class LearnedPose(LearnedMethod):
     """Rotations by a network that sees where joints are, and the source's path scaled by hip heights."""
 
     from_pairs = True  # trained on the same performances by two bodies
-    words = {"width": "numbers of a layer", "weights": "a path, as of a folder of bench train"}
-    card = MethodCard(
-        "learned_pose", "Rotations by a network", "1", accepts=("motion", "positions"), parameters=words
-    )
+    Config = Config
+    card = MethodCard("learned_pose", "Rotations by a network", "1", accepts=("motion", "positions"))
     presets = {"default": TrainingConfig(steps=2000, batch=16, window=16, rate=2e-3, schedule="cosine")}
-
-    def __init__(self, width: int = 256, weights: str = "none"):
-        super().__init__(weights)
-        self.width = width
-
-    def facts(self):
-        return {"width": self.width}
 
     def unfit(self, character):
         return unfit(character, "learned_pose")
@@ -126,7 +128,7 @@ class LearnedPose(LearnedMethod):
         return see(motion) | {"rotations": Body22(motion.character).see(motion)[0]}
 
     def training_module(self, training_data, config):
-        return Training(training_data, config, Network(self.width), LearnedPose(self.width).using)
+        return Training(training_data, config, Network(self.config.width), self.using)
 
     def supports(self, source, target):
         unsized = root_rules.reason("hip_height", source, target)
@@ -141,7 +143,7 @@ class LearnedPose(LearnedMethod):
 
     @cached_property
     def _network(self):
-        network = Network(self.width)
+        network = Network(self.config.width)
         fill(network, self.tensors)
         return network.eval()
 

@@ -42,9 +42,9 @@ class FindsJoints(Protocol):
 
 
 class MovesJoints(Protocol):
-    """The part of the method ``smrm`` that is used: its networks, its features and the kind of path."""
+    """The part of the method ``smrm`` that is used; of its parameters ``path``."""
 
-    path: root_rules.PathKind
+    config: Any
     features: Any
 
     @property
@@ -198,7 +198,7 @@ class OnlineRetargeter:
         )
         memory.moves, memory.turn, memory.path = moves[-1:], turn[-1:], path[-1:]
         memory.faded = np.stack([lag[-1], faded[-1]])
-        return path if self.networks.smrm.path == "integrated" else lead + faded
+        return path if self.networks.smrm.config.path == "integrated" else lead + faded
 
 
 def _forward(joints: np.ndarray) -> np.ndarray:

@@ -118,6 +118,11 @@ class HuMoT(LearnedMethod):
         ),
     }
 
+    @property
+    def root_rule(self) -> str:
+        """The rule that paths follow."""
+        return self.config.root_rule
+
     # ---------------------------------------------------------------------------------------- training
     def unfit(self, character: Character) -> str:
         return unfit(character)

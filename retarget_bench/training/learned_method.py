@@ -11,7 +11,7 @@ import inspect
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -41,6 +41,14 @@ def of_weights(name: str, weights: str, **others: Scalar) -> Any:
     return registry.create("methods", Spec(name, {**facts, "weights": weights, **others}))
 
 
+@dataclass(frozen=True)
+class WeightsConfig:
+    """Of a method without other parameters."""
+
+    weights: str = "none"
+    """a path to weights, as of a folder of bench train"""
+
+
 class LearnedMethod:
     """A method with weights.
 
@@ -51,15 +59,14 @@ class LearnedMethod:
     answering: parameters that answers depend on and weights do not, beside ``weights``.
     """
 
-    Config: ClassVar[type[Any]]
+    Config: ClassVar[type[Any]] = WeightsConfig
     config: Any
     answering: ClassVar[tuple[str, ...]] = ()
     card: MethodCard
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        if "Config" in vars(cls):
-            cls.__signature__ = inspect.signature(cls.Config)  # type: ignore[attr-defined]
+        cls.__signature__ = inspect.signature(cls.Config)  # type: ignore[attr-defined]
         if isinstance(card := vars(cls).get("card"), MethodCard):
             cls.card = replace(card, parameters=documented(cls.Config))
 

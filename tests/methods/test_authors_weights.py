@@ -52,8 +52,8 @@ def folders(small, real_data, tmp_path) -> Any:
 
 def method(name: str, folder: Path) -> Any:
     if name == "san":
-        return San("released", weights=str(folder))
-    return Pan("released", "three" if name == "three" else "six", weights=str(folder))
+        return San(variant="released", weights=str(folder))
+    return Pan(variant="released", parts="three" if name == "three" else "six", weights=str(folder))
 
 
 def close(answer: Tensor, expected: np.ndarray) -> None:

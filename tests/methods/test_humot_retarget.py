@@ -10,6 +10,7 @@ import pytest
 
 from retarget_bench.api import Context
 from retarget_bench.evaluation.tasks.definitions import reduced
+from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.features import MAJOR, USUAL, body
 from retarget_bench.methods.humot.inference import HOP, WINDOW, Question, _fade, _pieces
 from retarget_bench.motion import aligned, rates, rotation
@@ -78,7 +79,7 @@ def test_a_perfect_network_gives_the_source_back(method, monkeypatch):
 
 @pytest.mark.parametrize("rule", ["leg_length", "hip_height"])
 def test_the_hips_path_is_scaled_by_the_legs(method, monkeypatch, rule):
-    monkeypatch.setattr(method, "root_rule", rule)
+    method = HuMoT(root_rule=rule).using(method.tensors)
     monkeypatch.setattr(
         "retarget_bench.methods.humot.network.Autoencoder.forward",
         lambda self, inputs, target_side, frames: inputs["places"],

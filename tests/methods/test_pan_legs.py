@@ -43,10 +43,10 @@ def test_arms_and_tails_are_decoded_and_not_encoded(variant):
 
 def test_positions_are_sums_of_what_roots_move_only_where_roots_say_that():
     released = {
-        root: Pan(variant="released", parts="three", root=root) for root in ("", "velocity", "height")
+        root: Pan(variant="released", parts="three", root=root) for root in (None, "velocity", "height")
     }
     by_root = {root: each.settings.weights.positions for root, each in released.items()}
-    assert by_root == {"": "summed", "velocity": "summed", "height": "world"}
+    assert by_root == {None: "summed", "velocity": "summed", "height": "world"}
 
 
 def test_losses_are_over_common_parts_only():
@@ -109,7 +109,7 @@ def _rescaled(velocity, low, high):
     return velocity / speed * (speed - low) / (high - low)
 
 
-@pytest.mark.parametrize(("path", "parts"), [("decoded", "three"), ("carried", "three"), ("", "six")])
+@pytest.mark.parametrize(("path", "parts"), [("decoded", "three"), ("carried", "three"), (None, "six")])
 def test_paths_are_decoded_or_the_source_s(path, parts):
     """A decoder that says nothing: its answer goes at the mean pace of training, or as the source goes."""
     bodies = LEGS if parts == "three" else pan_material.TWO

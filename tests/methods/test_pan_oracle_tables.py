@@ -12,7 +12,10 @@ from test_pan_oracles import LEGS, PEOPLE, Case, folder, legs, people  # noqa: F
 from retarget_bench.methods.pan import Pan, losses
 from retarget_bench.methods.pan.network import body_parts, convolved_parts, seen_bones
 
-SETTINGS = {"people": Pan(variant="released").settings, "legs": Pan("released", parts="three").settings}
+SETTINGS = {
+    "people": Pan(variant="released").settings,
+    "legs": Pan(variant="released", parts="three").settings,
+}
 
 
 def table(parts: tuple[tuple[int, ...], ...], columns: int) -> np.ndarray:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import torch
@@ -285,5 +283,6 @@ def test_movements_that_are_kept_are_scaled_by_heights_alone(variant):
         first.weight.data[2 * k, k, 1], first.weight.data[2 * k + 1, k, 1] = 1.0, -1.0
         second.weight.data[k, 2 * k, 1], second.weight.data[k, 2 * k + 1, 1] = 1 / 1.2, -1 / 1.2
     source, target = dance(CAST["one"], 30), CAST["small"]
-    answer = carried(replace(module.method(), path="integrated").using(module.export()), source, target)
+    integrated = plugin(**{**VARIANTS[variant], "lengths": "world", "path": "integrated"})
+    answer = carried(integrated.using(module.export()), source, target)
     np.testing.assert_allclose(np.diff(answer.root, axis=0), 0.6 * np.diff(source.root, axis=0), atol=1e-5)

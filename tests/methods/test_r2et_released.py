@@ -165,7 +165,7 @@ def test_their_files_are_seen_and_answered_as_they_see_and_answer_them(released,
         assert features.size(motion.character, "chain") == pytest.approx(
             float(oracle[f"input/{whose}_chain_length"]), rel=1e-5
         )
-    rotations = features.rotations(source, released.facing)[:120]
+    rotations = features.rotations(source, released.config.facing)[:120]
     assert np.degrees(rotation.angle(rotations, oracle["input/quaternions"])).max() < 1e-3
     changes = changed(released._network, rotations, source.character, target.character)
     apart = rotation.angle(changes.astype(float), oracle["output/delta_quaternions"].astype(float))

@@ -125,7 +125,7 @@ def test_the_authors_trees_begin_where_the_legs_do():
     """So that a body with a pelvis below its hips has the chains of others; ours keeps the hips."""
     cast = dataset(Spec.parse("puppets")).characters()
     names = {
-        variant: [San(variant).body(cast[each]).layout.names for each in ("petra", "ada", "mina")]
+        variant: [San(variant=variant).body(cast[each]).layout.names for each in ("petra", "ada", "mina")]
         for variant in ("released", "own")
     }
     assert len({*names["released"]}) == 1
@@ -252,7 +252,7 @@ def test_structures_begin_with_codes_alike():
 
 
 def test_what_it_does_in_its_own_way_is_what_the_label_says():
-    own, released = (San(variant).settings.values() for variant in ("own", "released"))
+    own, released = (San(variant=variant).settings.values() for variant in ("own", "released"))
     assert {key for key, value in own.items() if released[key] != value} == set(San().card.differs)
-    assert not San("released").card.differs
-    assert San("released", neighbours="fixed").settings.design == Design("fixed", padded=True)
+    assert not San(variant="released").card.differs
+    assert San(variant="released", neighbours="fixed").settings.design == Design("fixed", padded=True)

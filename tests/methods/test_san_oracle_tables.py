@@ -90,7 +90,7 @@ def test_layers_of_discriminators_answer_as_theirs(recorded):
 
 
 def test_weights_are_theirs(oracle):
-    record, weights = oracle("step"), San("released").settings.weights
+    record, weights = oracle("step"), San(variant="released").settings.weights
     actual = {
         "rec_quaternion": 1.0,
         "rec_global": weights.root,

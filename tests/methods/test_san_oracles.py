@@ -288,7 +288,7 @@ def step(oracle):
 
 def training_module(oracle: Any) -> SanTraining:
     """Two characters of each structure, with the authors' weights and statistics."""
-    method = San("released")
+    method = San(variant="released")
     cast = {each.name: each for name in BOTH for each in (character(oracle(name), n, name) for n in (0, 1))}
     clips = {}
     for name, each in cast.items():

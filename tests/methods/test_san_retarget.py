@@ -52,7 +52,7 @@ def shown(name):
 
 
 def test_statistics_of_a_target_come_from_training_or_from_its_references():
-    own = San("released", target_stats="own").using(trained(variant="released").tensors)
+    own = San(variant="released", target_stats="own").using(trained(variant="released").tensors)
     assert own.card.needs == ("target_motions",)
     motion = dance(BODIES["one"], 40)
     with pytest.raises(NotSupported, match="no motion of legs"):

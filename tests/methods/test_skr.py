@@ -194,7 +194,7 @@ def test_weights_bring_the_parameters_that_they_were_trained_with(tmp_path):
     card = {"method": "skr", "version": trained.card.version, "facts": trained.facts()}
     weights.write(tmp_path, "weights", exported(skr_material.regressor(features=True)), card)
     method = of_weights("skr", str(tmp_path), views=2)
-    assert (method.facts(), method.views, method.untrained) == (trained.facts(), 2, "")
+    assert (method.facts(), method.config.views, method.untrained) == (trained.facts(), 2, "")
     complete = registry.create("methods", Spec("correspondence_free", {"skr": str(tmp_path)}))
     assert complete.stages["skr"].facts() == trained.facts()
     with pytest.raises(BenchError, match="nowhere"):

@@ -160,12 +160,10 @@ from retarget_bench.training.learned_method import LearnedMethod
 
 class Mine(LearnedMethod):
     card = MethodCard("shifter", "mine", "1")
-    def __init__(self, weights="none"):
-        super().__init__(weights)
     def facts(self):
         return {{"cell": "tf", "layers": 1}}
 
-assert Mine({str(tmp_path)!r}).weights_hash == {bundle.hash!r}
+assert Mine(weights={str(tmp_path)!r}).weights_hash == {bundle.hash!r}
 assert not {{"torch", "scipy", "pandas", "matplotlib"}} & set(sys.modules)
 """
     subprocess.run([sys.executable, "-c", code], check=True)

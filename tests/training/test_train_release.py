@@ -108,7 +108,7 @@ def test_every_training_has_its_configs() -> None:
         method: Any = bound.method(Spec.parse(each.method)).built
         gpu, default = (presets(method)[name] for name in ("gpu", "default"))
         assert "quick" in method.presets
-        assert method.weights in method.shipped() or not method.shipped()
+        assert method.config.weights in method.shipped() or not method.shipped()
         assert (gpu.window, gpu.rate, gpu.validate) == (default.window, default.rate, 300)
     # A GPU is lent for half an hour: data made beforehand and tables made afterwards take none of it.
     assert sum(each.minutes for each in release.TRAININGS) <= 30

@@ -1,20 +1,26 @@
 """A learned method whose weights say by how much the root moves to the left."""
 
+from dataclasses import dataclass
+
 from retarget_bench.api import MethodCard
 from retarget_bench.training.learned_method import LearnedMethod
+
+
+@dataclass(frozen=True)
+class Config:
+    cell: str = "tf"
+    """the kind of its cells"""
+    layers: int = 1
+    """their number"""
+    weights: str = "walks"
+    """name or path"""
 
 
 class Shifter(LearnedMethod):
     """Copies rotations and shifts the root."""
 
+    Config = Config
     card = MethodCard("shifter", "shifts the root", "1", default=False)
-
-    def __init__(self, cell: str = "tf", layers: int = 1, weights: str = "walks") -> None:
-        super().__init__(weights)
-        self.cell, self.layers = cell, layers
-
-    def facts(self):
-        return {"cell": self.cell, "layers": self.layers}
 
     def supports(self, source, target):
         return self.untrained or None

@@ -11,6 +11,7 @@ import math
 import os
 import signal
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import torch
@@ -76,10 +77,10 @@ class ToyLearner:
         return [*self.modules.parameters(), *self.modules.buffers()]
 
     def _is(self, what, step):
-        return self.trainee.does == what and int(self.modules["critic"].steps) == step
+        return self.trainee.config.does == what and int(self.modules["critic"].steps) == step
 
     def _misbehave(self, step):
-        time.sleep(self.trainee.pause)
+        time.sleep(self.trainee.config.pause)
         if self._is("kill", 23) and parallel.rank() == 1 and not parallel.restarted():
             os.kill(os.getpid(), signal.SIGKILL)
 
@@ -96,7 +97,18 @@ class ToyLearner:
             raise BenchError(f"these weights do not fit: {error}") from error
 
 
+@dataclass(frozen=True)
+class Config:
+    does: str = ""
+    """what it does wrong"""
+    pause: float = 0.0
+    """seconds of a step"""
+    weights: str = "none"
+    """a path"""
+
+
 class ToyTrainee(LearnedMethod):
+    Config = Config
     card = MethodCard(name="toy_trainee", summary="toy", version="1", default=False)
     presets = {  # noqa: RUF012
         "default": TrainingConfig(
@@ -106,15 +118,12 @@ class ToyTrainee(LearnedMethod):
         "wild": TrainingConfig(steps=10, batch=3, window=8, rate=0.05),
     }
 
-    def __init__(self, does: str = "", pause: float = 0.0, weights: str = "none") -> None:
-        super().__init__(weights)
-        self.does, self.pause = does, pause
-
     def facts(self):
         return {"kind": "linear"}
 
     def unfit(self, character):
-        return f"{character.name} is not tall" if self.does == "pick" and character.name != "tall" else ""
+        picky = self.config.does == "pick" and character.name != "tall"
+        return f"{character.name} is not tall" if picky else ""
 
     def prepare(self, motion):
         return {"root": motion.root}
