@@ -22,11 +22,11 @@ from typing import Any
 import held_out_cases as cases
 import torch
 
+from retarget_bench.api import Ablation
 from retarget_bench.evaluation import plan
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Scalar, Spec
 from retarget_bench.python.ablations import published
-from retarget_bench.training.ablation import Ablation
 
 PAGE = Path(__file__).parents[1] / "results" / "correspondence_free.md"
 TRAINED = "puppets[size=default,bodies=200]"

@@ -29,6 +29,7 @@ from torch import nn
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.config import presets
 from retarget_bench.training.contract import LearnsFromPairs
 from retarget_bench.training.data import TrainingData, gather
 from retarget_bench.training.pair_data import gather_pairs
@@ -43,7 +44,7 @@ def stepper(
 ) -> Callable[[int], tuple[float, float, float]]:
     """A function of a seed: seconds of one step and of drawing its batch, and the sum of the first phase's
     losses."""
-    config = replace(method.presets[options.preset], precision=precision)
+    config = replace(presets(method)[options.preset], precision=precision)
     device = torch.device(options.device)
     torch.manual_seed(0)
     module = method.training_module(data, config)
@@ -84,7 +85,7 @@ def compare(name: str, options: argparse.Namespace) -> None:
     spec = Spec.parse(name)
     method: Any = bound.method(spec).built
     collect = gather_pairs if isinstance(method, LearnsFromPairs) else gather
-    fps = method.presets[options.preset].fps
+    fps = presets(method)[options.preset].fps
     data = collect(Spec.parse(options.dataset), spec, fps, 1, lambda *_: None)
     if options.steps:
         curves(name, method, data, options)
@@ -128,7 +129,7 @@ def curves(name: str, method: Any, data: TrainingData, options: argparse.Namespa
 
 def shares(name: str, method: Any, data: TrainingData, options: argparse.Namespace) -> None:
     """Print which part of a step's processor time is drawing, every phase, and networks' forward passes."""
-    config = method.presets[options.preset]
+    config = presets(method)[options.preset]
     torch.manual_seed(0)
     module = method.training_module(data, config)
     phases = optimiser_phases(module, config, torch.device("cpu"))

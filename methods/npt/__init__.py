@@ -94,7 +94,6 @@ class NPT(LearnedMethod):
         return {
             "paper": TrainingConfig(steps=500_000, batch=8, window=1, rate=5e-5, fps=10.0, validate=10_000),
             "default": default,
-            "gpu": replace(default, batch=128),
             "quick": replace(default, steps=40, batch=4, warm_up=5, validate=20, cases=2),
         }
 

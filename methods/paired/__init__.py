@@ -12,7 +12,7 @@ from retarget_bench.motion import root_rules
 from retarget_bench.motion.body22 import unfit
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.config import TrainingConfig, on_gpu
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
@@ -91,31 +91,22 @@ class Paired(LearnedMethod):
         return network.eval()
 
 
+_DEFAULT = TrainingConfig(
+    steps=40_000,
+    batch=16,
+    window=64,
+    rate=1e-3,
+    schedule="cosine",
+    warm_up=200,
+    validate=1000,
+    average=0.998,
+)
 PRESETS = {
     "paper": TrainingConfig(
         steps=200_000, batch=64, window=64, rate=1e-3, schedule="cosine", warm_up=500, average=0.998
     ),
-    "default": TrainingConfig(
-        steps=40_000,
-        batch=16,
-        window=64,
-        rate=1e-3,
-        schedule="cosine",
-        warm_up=200,
-        validate=1000,
-        average=0.998,
-    ),
-    "gpu": TrainingConfig(
-        steps=40_000,
-        batch=256,
-        window=64,
-        rate=1e-3,
-        schedule="cosine",
-        warm_up=200,
-        validate=500,
-        precision="bfloat16",
-        average=0.998,
-    ),
+    "default": _DEFAULT,
+    "gpu": on_gpu(_DEFAULT, precision="bfloat16"),  # half as fast again, results/measurements.md
     "quick": TrainingConfig(
         steps=60,
         batch=8,

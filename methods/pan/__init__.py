@@ -8,12 +8,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from retarget_bench.api import Context, Method, MethodCard, Prediction
+from retarget_bench.api import Ablation, Context, Method, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Scalar
-from retarget_bench.training.ablation import Ablation
 from retarget_bench.training.authors import AuthorsWeights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
@@ -102,16 +101,6 @@ class Pan(SkeletalMethod):
             schedule="cosine",
             warm_up=100,
             validate=200,
-            average=0.999,
-        ),
-        "gpu": TrainingConfig(
-            steps=20_000,
-            batch=128,
-            window=64,
-            rate=6e-4,
-            schedule="cosine",
-            warm_up=100,
-            validate=300,
             average=0.999,
         ),
         "ablation": TrainingConfig(

@@ -60,16 +60,6 @@ class Pmnet(OneStructure, Retargeter):
             validate=500,
             average=0.999,
         ),
-        "gpu": TrainingConfig(
-            steps=20_000,
-            batch=256,
-            window=60,
-            rate=2e-3,
-            schedule="cosine",
-            warm_up=200,
-            validate=500,
-            average=0.999,
-        ),
         "quick": TrainingConfig(
             steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2, average=0.999
         ),

@@ -60,7 +60,6 @@ class R2ET(LearnedMethod):
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(steps=30 * 1952 // 32, batch=32, window=60, rate=1e-3, schedule="cosine"),
         "default": DEFAULT,
-        "gpu": replace(DEFAULT, batch=256),
         "quick": replace(DEFAULT, steps=30, batch=4, window=16, warm_up=5, validate=15, cases=2),
     }
     """The paper's rate falls to a tenth after two thirds of its 30 epochs of 1952 clips, not smoothly."""

@@ -122,7 +122,6 @@ PRESETS = {
         steps=240_000, batch=256, window=8, rate=1e-2, schedule="cosine", validate=5000
     ),
     "default": _DEFAULT,
-    "gpu": replace(_DEFAULT, steps=40_000, batch=256),
     "quick": replace(_DEFAULT, steps=60, batch=8, warm_up=10, validate=30, cases=4),
 }
 """The released config has the batch, the window and the highest rate of ``paper``, for 240 epochs; how many

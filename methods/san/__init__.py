@@ -73,16 +73,6 @@ class San(SkeletalMethod):
             validate=200,
             average=0.999,
         ),
-        "gpu": TrainingConfig(
-            steps=20_000,
-            batch=128,
-            window=64,
-            rate=1e-3,
-            schedule="cosine",
-            warm_up=100,
-            validate=300,
-            average=0.999,
-        ),
         "quick": TrainingConfig(
             steps=20, batch=8, window=32, rate=1e-3, validate=20, cases=2, average=0.999
         ),

@@ -76,7 +76,6 @@ class SKR(LearnedMethod):
             steps=100 * 63_520 // 32, batch=32, window=1, fps=10.0, rate=1e-4, validate=5000, cases=9
         ),
         "default": DEFAULT,
-        "gpu": replace(DEFAULT, batch=256),
         "quick": replace(DEFAULT, steps=30, batch=4, warm_up=5, validate=15, cases=1),
     }
     """The paper says Adam at 1e-4 for 100 epochs of 63,520 frames, and no batch size."""

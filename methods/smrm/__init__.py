@@ -139,7 +139,6 @@ class SMRM(Weighting, LearnedMethod):
                 steps=1000 * 2330 // 16, batch=16, window=self.context, rate=1e-4, validate=2500
             ),
             "default": default,
-            "gpu": replace(default, batch=256),
             "quick": replace(default, steps=60, batch=16, warm_up=10, validate=30, cases=4),
         }
 

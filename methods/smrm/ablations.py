@@ -1,6 +1,6 @@
 """The paper's Tables 2 and 3: what the rotations' cycle loss and the length of training windows do."""
 
-from retarget_bench.training.ablation import Ablation
+from retarget_bench.api import Ablation
 
 _NOTES = (
     "Printed numbers are on 4 SMPL bodies x 4 Mixamo motions; the whole pipeline made them, with skeletons "

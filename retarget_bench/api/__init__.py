@@ -33,6 +33,7 @@ from retarget_bench.api.datasets import RealDataset as RealDataset
 from retarget_bench.api.datasets import TrainingClips as TrainingClips
 from retarget_bench.api.datasets import TrainingDataset as TrainingDataset
 from retarget_bench.api.datasets import Unreadable as Unreadable
+from retarget_bench.api.methods import Ablation as Ablation
 from retarget_bench.api.methods import Asset as Asset
 from retarget_bench.api.methods import BatchMethod as BatchMethod
 from retarget_bench.api.methods import Context as Context

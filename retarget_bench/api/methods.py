@@ -129,3 +129,21 @@ class BatchMethod(Method, Protocol):
         height, whatever else is in the batch, in any order; lengths, rates and bodies may differ (those of
         the engine's batches are alike, see ``batches.py``). What ``supports`` refuses is never asked. Where
         this raises, or an answer is not valid, every case is asked on its own."""
+
+
+@dataclass(frozen=True)
+class Ablation:
+    """A table of a paper in which a method is trained again with one thing changed.
+
+    A method offers ``ablations``, a mapping from a short name to one; ``bench ablate METHOD NAME`` trains
+    every row and prints ours below the published numbers.
+
+    tables: names of the published tables that print its rows (``bench table --paper NAME``).
+    rows: label, as printed where the paper has the row -> parameters of the method that it trains.
+    notes: sentences on the printed numbers, and on how ours differ.
+    """
+
+    title: str
+    tables: tuple[str, ...]
+    rows: Mapping[str, Parameters]
+    notes: tuple[str, ...] = ()

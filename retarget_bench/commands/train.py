@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+import time
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import fields, replace
@@ -71,6 +72,7 @@ def command(method: str | None, options: Options) -> int:
     bench train --resume -o runs/train/nkn
     torchrun --standalone --nproc-per-node 4 -m retarget_bench train nkn -d 'puppets[size=default]'
     """
+    begun = time.perf_counter()
     if options.prepare:
         return _prepare(options)
     if method is None and not options.resume:
@@ -86,7 +88,7 @@ def command(method: str | None, options: Options) -> int:
     training = TrainingOptions(spec, _data(options.datasets, options.root), **settings)
     with closing(ConsoleReporter()) as reporter:
         try:
-            result = train(training, reporter)
+            result = train(training, reporter, begun)
         except KeyboardInterrupt:
             reporter.close()
             echo(f"bench: interrupted{_how_to_go_on(training)}", err=True)
@@ -236,7 +238,9 @@ class ConsoleReporter:
         self._bar = tqdm(total=total, initial=initial, desc=what, unit=unit, leave=False, disable=None)
 
     def began(self, request: Request, at: Checkpoint) -> None:
-        if at.step:
+        if at.step and request.limit.used(at.step, at.seconds) >= 1.0:
+            self.say(f"the budget ended at step {at.step}; with a longer --budget it goes on")
+        elif at.step:
             self.say(f"continuing from step {at.step}")
         if seconds := request.limit.seconds:
             self._timed = True
@@ -345,7 +349,7 @@ class AblationOptions(TrainingSettings):
 @click.argument("table")
 @takes(
     AblationOptions,
-    only=("dataset", "test", "preset", "budget", "out", "seed", "device", "jobs"),
+    only=("dataset", "test", "preset", "budget", "out", "seed", "jobs"),
 )
 def ablate(method: str, table: str, options: AblationOptions) -> None:
     """Train and score every row of a published ablation TABLE of METHOD, and print the table.
@@ -375,7 +379,6 @@ def ablate(method: str, table: str, options: AblationOptions) -> None:
         budget=options.budget or "",
         seed=seed,
         jobs=options.jobs,
-        device=options.device,
     )
     with closing(ConsoleReporter()) as reporter:
         trained = ablations.train_rows(ablation, shared, out, reporter)

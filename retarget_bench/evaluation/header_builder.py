@@ -95,6 +95,7 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
         control=bool(card.control),
         stochastic=bool(card.stochastic),
         root_rule=optional.root_rule(method),
+        folders=unit.method.folders,
         trained_on=manifest,
         training_share=optional.training_share(method),
         environment=environments.facts(unit.environment) if unit.environment else {},

@@ -73,7 +73,7 @@ def apart(places: Iterable[ResultPaths]) -> list[list[ResultPaths]]:
 
 def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
     """The results of these methods, in the order of the names. Raises BenchError for an unknown one."""
-    label_of = {place: store.read_header(place.any_header).method.label for place in places}
+    label_of = {place: store.read_header(place.any_header).method.shown for place in places}
     chosen: list[ResultPaths] = []
     for name in names:
         label = selection.label_of(name, set(label_of.values()))

@@ -67,6 +67,13 @@ class BoundMethod:
         return self.spec.with_parameters(**self._labels)
 
     @property
+    def folders(self) -> dict[str, str]:
+        """Parameter that names local weights or assets -> the last folder, or the file, where they lie."""
+        local = [name for name, label in self._labels.items() if label.startswith("local-")]
+        paths = {name: Path(str(self.spec.parameters[name])).expanduser().absolute() for name in local}
+        return {n: path.parent.name if path.stem == "weights" else path.stem for n, path in paths.items()}
+
+    @property
     def located(self) -> Spec:
         """The spec with the paths of local weights and assets in full, for processes that work in other
         folders. Raises BenchError where there are none."""

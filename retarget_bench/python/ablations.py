@@ -6,6 +6,7 @@ from pathlib import Path
 
 from retarget_bench import defaults
 from retarget_bench.analysis.selection import Selection
+from retarget_bench.api import Ablation
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.plugins import bound, registry
@@ -14,7 +15,7 @@ from retarget_bench.results import store
 from retarget_bench.tables.model import Table
 from retarget_bench.tables.published.joined import joined
 from retarget_bench.tables.published.printed import PublishedTable, of_rows
-from retarget_bench.training.ablation import Ablation
+from retarget_bench.training import request
 from retarget_bench.training.train import ProgressReporter, TrainingOptions, finished, train
 
 DECIMALS = 4
@@ -74,6 +75,11 @@ def train_rows(
     for label, parameters in ablation.rows.items():
         spec = registry.canonical("methods", shared.method.with_parameters(**parameters))
         options = replace(shared, method=spec, out=out / "train" / spec.slug, resume=True)
+        assert options.out is not None
+        if (
+            earlier := request.read(options.out)
+        ) is not None:  # to go on with a longer one is another training
+            request.contradicted(earlier, {"budget": shared.budget})
         if finished(options):
             reporter.say(f"{label}: trained already ({options.out})")
         else:
@@ -120,7 +126,7 @@ def table(
     """
     rows = {bound.method(spec).known_as: label for label, spec in trained.items()}
     units = plan.evaluation_units(carried_out)
-    known_as = {store.read_header(unit.paths.header).method.label: rows[unit.known_as] for unit in units}
+    known_as = {store.read_header(unit.paths.header).method.shown: rows[unit.known_as] for unit in units}
     paths = [unit.paths for unit in units]
     result = joined(published(ablation), paths, Selection(variants=True), known_as=known_as)
     (tested_on,) = (bound.dataset(each).built.label.strip() for each in carried_out.datasets)

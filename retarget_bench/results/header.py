@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 from retarget_bench.api import SPLITS, Direction, Parameters, Unreadable, Value
 from retarget_bench.errors import mistakes
+from retarget_bench.plugins.spec import Spec
 
 SCHEMA = 3
 STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
@@ -36,6 +37,7 @@ class MethodInfo:
                 says; "": unknown.
     trained_on: what the weights were trained on (characters, structures, kinds, clips); None: untrained;
                 empty: not known.
+    folders:    parameter -> the folder, its name alone, that its local weights were read from.
     training_share: frames that training has seen, over those of the paper's training; None: not known.
     """
 
@@ -54,6 +56,17 @@ class MethodInfo:
     environment: Mapping[str, Any] = field(default_factory=dict)
     trained_on: Mapping[str, tuple[str, ...]] | None = None
     training_share: float | None = None
+    folders: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def shown(self) -> str:
+        """The label with local weights by their folder and their hash: ``pan[weights=mine-1d1eaf33]``."""
+        changed = {
+            name: str(self.parameters[name]).replace("local", folder, 1)
+            for name, folder in self.folders.items()
+            if name in self.parameters
+        }
+        return str(Spec.parse(self.label).with_parameters(**changed)) if changed else self.label
 
     @property
     def external(self) -> bool:

@@ -252,7 +252,8 @@ def _rows(runs: Sequence[Run]) -> tuple[MethodRow, ...]:
         each.sort(key=lambda pair: (not pair[0].infos, pair[0].header.seeds or (0,)))
         first = each[0][0]
         each = [pair for pair in each if _version(pair[0].header) == _version(first.header)]
-        shown = label if labels.count(label) == 1 else f"{label} ({root})"
+        named = first.header.method.shown
+        shown = named if labels.count(label) == 1 else f"{named} ({root})"
         seeds = tuple(numbers for _, numbers in each)
         all_paths = tuple(results.paths for results, _ in each)
         rows.append(MethodRow(shown, _header([results for results, _ in each]), all_paths, seeds))

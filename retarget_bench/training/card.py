@@ -22,6 +22,10 @@ POINTS = 40
 """Of the loss curve on a card."""
 UNPARTED = "the data set has no validation part"
 UNKNOWN = "what the weights that training began with have seen is not known in full"
+PARTS = (
+    "the training motion, and for validation the cases that the data keep for that; a part 'test' in "
+    "content names the cases that they offer for tests, which were not used"
+)
 UNWATCHED = "no weights were chosen by validation, these are the last ones"
 
 
@@ -42,6 +46,7 @@ def card(
     if not request.limit.steps:  # the time was limited, not the preset's number of steps
         del config["steps"]
     unknown = [UNKNOWN] if request.init and not request.seen_all else []
+    before = [f"the budget was first {', then '.join(request.earlier)}"] if request.earlier else []
     return {
         "method": spec.name,
         "version": request.version,
@@ -49,6 +54,7 @@ def card(
         "data": {
             "spec": without_places(request.dataset),
             "label": data.label,
+            "parts": PARTS,
             "content": request.content,
             "motion": request.motion,
             "clips": sum(map(len, training_data.clips.values())),
@@ -72,7 +78,7 @@ def card(
         "scores": dict(best.scores) if best else {},
         "scored_as": str(scored) if best else "",
         "training_manifest": joined(request.seen, manifest(data, training_data)),
-        "notes": [*training_data.notes, *unknown, *([] if best else [UNWATCHED])],
+        "notes": [*training_data.notes, *before, *unknown, *([] if best else [UNWATCHED])],
     }
 
 

@@ -15,7 +15,8 @@ def described(card: Card) -> list[str]:
     """Fact by fact, ``what: ...``, each unwrapped."""
     facts = {
         "trained as": str(Spec(str(card["method"]), card["facts"])) + f", version {card['version']}",
-        "data": _data(card.get("data", {})),
+        "trained on": _data(card.get("data", {})),
+        "chosen by": _chosen_by(card.get("scores", {})),
         "recipe": _recipe(card),
         "command": card.get("command", ""),
         "training": _training(card),
@@ -42,9 +43,17 @@ def hours(seconds: float) -> str:
 def _data(data: Card) -> str:
     parts = [str(data[key]) for key in ("label", "spec") if key in data]
     text = f"{parts[0]} ({parts[1]})" if len(parts) == 2 else "".join(parts)
+    text = f"the training motion of {text}" if text else ""
     amount = [f"{data['clips']} clips"] if "clips" in data else []
     amount += [f"{data['hours']:g} h of motion"] if "hours" in data else []
     return ", ".join(part for part in (text, *amount) if part)
+
+
+def _chosen_by(scores: Card) -> str:
+    counts = [f"{values['n']} {split}" for split, values in scores.items() if "n" in values]
+    return (
+        f"validation cases of these data ({', '.join(counts)}); test cases were not used" if counts else ""
+    )
 
 
 def _recipe(card: Card) -> str:

@@ -31,6 +31,10 @@ SAVED = 60.0
 """Seconds between checkpoints, about; a validation makes one too."""
 PAUSE = {"cpu": 0.0, "cuda": 60.0}
 """Seconds between validations, at least: while the CPU scores cases, a GPU waits for hundreds of steps."""
+ENDING = 2.0
+"""Seconds from the last validation to the end of the process, about: weights, card, picture."""
+LEAST = 0.25
+"""The share of a budget of time that is training, at least, however long preparing and validating take."""
 LOOKED = 10
 """Steps between looks at what a GPU measured: each look waits for it. On a CPU every step is looked at."""
 
@@ -71,13 +75,14 @@ class Loop:
         show: Show,
         saved: Callable[[Checkpoint, bool], None],
         workers: int = 0,
+        tensorboard: bool = False,
     ) -> None:
         """saved: called after every checkpoint, with whether its best weights are new.
         workers: processes that draw batches beforehand; 0: each is drawn when its step begins."""
         self.workers = workers if "fork" in get_all_start_methods() else 0
         self.module, self.config, self.budget, self.seed = module, config, budget, seed
         self.device, self.folder, self.validator = device, folder, validator
-        self.show, self.saved = show, saved
+        self.show, self.saved, self._tensorboard = show, saved, tensorboard
         self.rows, rest = divmod(config.batch, parallel.world())
         if rest:
             raise BenchError(
@@ -92,18 +97,20 @@ class Loop:
         self._pending: list[dict[str, Tensor]] = []
 
     # ------------------------------------------------------------------------------------------- running
-    def run(self, start: Checkpoint | None = None) -> Checkpoint:
+    def run(self, start: Checkpoint | None = None, spent: float = 0.0) -> Checkpoint:
         """Train to the end of the budget; the last checkpoint (of the first process).
 
-        Raises BenchError where a loss or gradient is not finite, FileError where nothing can be written.
+        spent: seconds of a budget of time that are over before the first step. Raises BenchError where a
+        loss or gradient is not finite, FileError where nothing can be written.
         """
         if start is not None:
             self._restore(start)
         if parallel.first(lambda: self.at.step) != self.at.step:
             raise BenchError(f"{self.folder}: not every process finds the same checkpoint there")
         first = parallel.rank() == 0
-        self._log = log.Log(self.folder, self.at.step) if first else None
-        self._begun = time.perf_counter() - self.at.seconds
+        self._log = log.Log(self.folder, self.at.step, self._tensorboard) if first else None
+        self._begun = time.perf_counter() - self.at.seconds - spent
+        self._used, self._started = self.budget.used(self.at.step, self.at.seconds), self._seconds
         self._saved = self._validated = time.perf_counter()
         self._step = self.at.step
         self._batches = self._drawn()
@@ -129,8 +136,20 @@ class Loop:
     def _share(self) -> float:
         """The share of the budget that is used; by the first process's clock where several train
         together."""
-        share = self.budget.used(self._step, self._seconds)
-        return parallel.first(lambda: share) if self.budget.seconds else share
+        if self.budget.steps or self._used >= 1.0:
+            return self.budget.used(self._step, self.at.seconds)
+        done = (self._seconds - self._started) / (self._until - self._started)
+        return parallel.first(lambda: self._used + (1.0 - self._used) * done)
+
+    @property
+    def _until(self) -> float:
+        """The second in which training has to end, so that all that follows is in a budget of time."""
+        least = LEAST * (1.0 - self._used) * self.budget.seconds
+        return max(self.budget.seconds - self._validating - ENDING, self._started + least)
+
+    @property
+    def _validating(self) -> float:
+        return self.validator.seconds if self.validator is not None else 0.0
 
     @property
     def _seconds(self) -> float:
@@ -175,6 +194,8 @@ class Loop:
         if self._log is None:
             return
         due = ended or (due and time.perf_counter() - self._validated >= PAUSE[self.device.type])
+        if self.budget.seconds and not ended and self._seconds + self._validating > self._until:
+            due = False  # the last one follows at once
         losses = self._log.means
         scores = None
         if due and self.validator is not None:
@@ -189,7 +210,7 @@ class Loop:
             }
             self._log.row(self._step, self._seconds, rate, columns)
         if row and (due or time.perf_counter() - self._saved > SAVED):
-            self._save(scores)
+            self._save(scores, ended)
         problem = self.validator.problem if scores is not None and self.validator is not None else ""
         self.show(TrainingStatus(self._step, self._seconds, share, losses, scores, problem, self.at.best))
 
@@ -217,18 +238,21 @@ class Loop:
         self._pending = []
 
     # -------------------------------------------------------------------------- checkpoints
-    def _save(self, scores: Scores | None) -> None:
+    def _save(self, scores: Scores | None, ended: bool) -> None:
         before, best = self.at, self.at.best
         history = before.validation
         if scores is not None and self.validator is not None:
             score = self.validator.decisive(scores)
             seconds = round(self._seconds, 1)
             history += ({"step": self._step, "seconds": seconds, "scores": scores},)
-            if score < (best.score if best else math.inf):
+            if score < (best.score if best and _counts(best.scores) == _counts(scores) else math.inf):
                 best = Best(self._step, score, scores)
         new = best is not before.best
         exported = self.export() if new else before.exported
-        self.at = Checkpoint(self._step, self._seconds, {}, best, exported, history)
+        seconds = (
+            max(self._seconds, self.budget.seconds) if ended else self._seconds
+        )  # nothing is left of it
+        self.at = Checkpoint(self._step, seconds, {}, best, exported, history)
         state = {f"modules/{name}": each for name, each in self.module.modules.state_dict().items()}
         for phase in self.phases:
             state |= {f"optimisers/{phase.name}/{key}": each for key, each in phase.state().items()}
@@ -267,6 +291,11 @@ class _Draws(Dataset[Batch]):
 
     def __getitem__(self, step: int) -> Batch:
         return self._module.draw(np.random.default_rng(_sequence(self._seed, step, self._rank)), self._rows)
+
+
+def _counts(scores: Scores) -> dict[str, float]:
+    """Cases by split: scores of other cases cannot be compared."""
+    return {split: values["n"] for split, values in scores.items()}
 
 
 def _sequence(seed: int, step: int, rank: int) -> np.random.SeedSequence:

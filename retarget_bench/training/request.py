@@ -27,6 +27,7 @@ class Request:
     method, dataset: canonical specs. content: of the data. recipe: the preset's, with the budget's steps.
     version, facts:  of the method, which its checkpoints depend on. processes: that train together.
     job:             the ``torchrun`` that trains or trained last, which goes on by itself.
+    earlier:         budgets that a longer one has replaced.
     init:            hash of the weights that training began with; "": none. init_path: as they were given.
     seen:            the training manifest of those weights. seen_all: whether they are known to have seen
                      nothing else.
@@ -48,6 +49,7 @@ class Request:
     seen: Mapping[str, Sequence[str]] = dataclasses.field(default_factory=dict)
     seen_all: bool = False
     motion: str = ""
+    earlier: Sequence[str] = ()
     processes: int = 1
     job: str = ""
     versions: Mapping[str, str] = dataclasses.field(default_factory=dict)

@@ -12,7 +12,7 @@ class TrainingSettings(Parallel):
     """Settings of a method's training."""
 
     preset: str | None = option(
-        "Training config: paper, default or quick.", default=None, shown="default", metavar="NAME"
+        "Training config: paper, default, gpu or quick.", default=None, shown="default", metavar="NAME"
     )
     budget: str | None = option(
         "Time (90s, 30m, 2h) or steps (20000it).", default=None, shown="the preset's", metavar="BUDGET"
@@ -31,6 +31,7 @@ class TrainingSettings(Parallel):
     precision: Literal["float32", "bfloat16"] | None = option(
         "Precision of matrix products in training.", default=None, shown="the preset's, float32"
     )
+    tensorboard: bool = option("Write the log for TensorBoard, too.", default=False)
     augment: bool = option(
         "Train on changed windows too: limbs, turns, mirror images, speeds.", default=False
     )

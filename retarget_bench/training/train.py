@@ -17,10 +17,10 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, joint_datasets, log, parallel, request, weights
 from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
-from retarget_bench.training.config import Augmentation, Budget, TrainingConfig
+from retarget_bench.training.config import Augmentation, Budget, TrainingConfig, presets
 from retarget_bench.training.contract import LearnsFromPairs
 from retarget_bench.training.data import TrainingData, gather
-from retarget_bench.training.loop import Loop, TrainingStatus
+from retarget_bench.training.loop import LEAST, Loop, TrainingStatus
 from retarget_bench.training.pair_data import gather_pairs
 from retarget_bench.training.phases import set_deterministic
 from retarget_bench.training.request import Request
@@ -60,20 +60,27 @@ class TrainingResult:
     run: Request
 
 
-def train(options: TrainingOptions, reporter: ProgressReporter) -> TrainingResult:
-    """Train a method, or go on with it. Raises BenchError for whatever stands in the way."""
+def train(
+    options: TrainingOptions, reporter: ProgressReporter, begun: float | None = None
+) -> TrainingResult:
+    """Train a method, or go on with it. Raises BenchError for whatever stands in the way.
+
+    begun: when the command began, by ``perf_counter``, which a budget of time counts from; None: now."""
+    begun = time.perf_counter() if begun is None else begun
+    if options.tensorboard:
+        log.summary_writer()  # says that it is missing before there is a run
     device = parallel.device(options.device)
     set_deterministic(device)
     parallel.join(device)
     try:
         with ExitStack() as held:  # in the first process the lock of the folder
 
-            def begun() -> tuple[Path, Request]:
+            def settled() -> tuple[Path, Request]:
                 held.enter_context(request.locked(folder_of(options)))
                 return _settled(options)
 
-            folder, run = parallel.first(begun)
-            return _train(folder, run, options, reporter, device)
+            folder, run = parallel.first(settled)
+            return _train(folder, run, options, reporter, device, begun)
     except torch.cuda.OutOfMemoryError as error:
         raise BenchError(
             f"{device} has not enough memory for this batch; spread it over more processes, or give the "
@@ -97,7 +104,12 @@ def finished(options: TrainingOptions) -> bool:
 
 
 def _train(
-    folder: Path, run: Request, options: TrainingOptions, reporter: ProgressReporter, device: torch.device
+    folder: Path,
+    run: Request,
+    options: TrainingOptions,
+    reporter: ProgressReporter,
+    device: torch.device,
+    begun: float,
 ) -> TrainingResult:
     spec, data_spec = Spec.parse(run.method), Spec.parse(run.dataset)
     data, config = joint_datasets.dataset(data_spec), run.recipe
@@ -119,7 +131,8 @@ def _train(
             raise BenchError(f"{run.init_path}: these are no longer the weights that this run began with")
         module.load(before.tensors)
     module.modules.to(device)
-    validator = _validator(data, module, config.cases, device, reporter)
+    left = max(0.0, run.limit.seconds - (start.seconds if start else 0.0))
+    validator = _validator(data, module, config.cases, left * LEAST, device, reporter)
     drawn = time.perf_counter()
 
     def write(at: Checkpoint, tensors: Mapping[str, torch.Tensor]) -> None:
@@ -139,7 +152,19 @@ def _train(
 
     show = _first_only(reporter.show)
     workers = options.jobs if device.type == "cuda" else 0
-    loop = Loop(module, config, run.limit, run.seed, device, folder, validator, show, saved, workers)
+    loop = Loop(
+        module,
+        config,
+        run.limit,
+        run.seed,
+        device,
+        folder,
+        validator,
+        show,
+        saved,
+        workers,
+        options.tensorboard,
+    )
     if parallel.rank() == 0:
         request.write(folder, replace(run, job=parallel.job()))
         for note in training_data.notes:
@@ -149,7 +174,7 @@ def _train(
         if run.processes != parallel.world():
             reporter.say(f"this run began with {run.processes} processes; its batches are now others")
         reporter.began(run, start or Checkpoint(0, 0.0, {}))
-    at = loop.run(start)
+    at = loop.run(start, time.perf_counter() - begun if run.limit.seconds else 0.0)
     if parallel.rank() == 0:
         write(at, at.exported if at.best else loop.export())
         draw()
@@ -162,14 +187,22 @@ def _first_only(call: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _validator(
-    data: Any, module: Any, cases: int, device: torch.device, reporter: ProgressReporter
+    data: Any, module: Any, cases: int, limit: float, device: torch.device, reporter: ProgressReporter
 ) -> Validator | None:
-    """For the first process; None where there is nothing to validate on."""
+    """For the first process; None where there is nothing to validate on. limit: seconds of a validation,
+    0: none."""
     if parallel.rank() > 0:
         return None
     why = UNPARTED
     if (aside := optional.validation(data)) is not None:
         if validator := Validator(aside, module.method(), cases, device, reporter.loading):
+            every = len(validator)
+            if limit:
+                validator.fit(module.modules, module.method(), limit)
+            if len(validator) < every:
+                reporter.say(
+                    f"validating {len(validator)} of {every} cases: the budget has no time for more"
+                )
             return validator
         why = "the method supports no validation case that has a right answer"
     reporter.say(f"{why}: {UNWATCHED}")
@@ -198,7 +231,7 @@ def _settled(options: TrainingOptions) -> tuple[Path, Request]:
             "another --out"
         )
     if earlier is not None:
-        return folder, _same(earlier, options, method)
+        return folder, _extended(folder, _same(earlier, options, method), options.budget)
     if method is None:
         raise BenchError(f"{folder} holds no run to go on with; bench train METHOD begins one")
     if options.resume and options.dataset is None:
@@ -209,11 +242,7 @@ def _settled(options: TrainingOptions) -> tuple[Path, Request]:
 def _same(run: Request, options: TrainingOptions, method: Spec | None) -> Request:
     """The run, with its data where they lie now. Raises BenchError where it cannot go on as it began."""
     explicit = {"method": method and str(method), "preset": options.preset, "seed": options.seed}
-    explicit |= {
-        "budget": options.budget,
-        "precision": options.precision,
-        "augment": options.augment or None,
-    }
+    explicit |= {"precision": options.precision, "augment": options.augment or None}
     request.contradicted(run, explicit)
     if options.dataset is not None:
         data = str(joint_datasets.canonical(options.dataset))
@@ -235,6 +264,23 @@ def _same(run: Request, options: TrainingOptions, method: Spec | None) -> Reques
     return run
 
 
+def _extended(folder: Path, run: Request, budget: str | None) -> Request:
+    """The run under another budget, "" being its preset's. Raises BenchError where none of it is left."""
+    if budget is None or budget == run.budget:
+        return run
+    if not budget:
+        request.contradicted(run, {"budget": budget})
+    limit, at = Budget.parse(budget), checkpoint.read(folder) or Checkpoint(0, 0.0, {})
+    if limit.used(at.step, at.seconds) >= 1.0:
+        raise BenchError(
+            f"{folder} holds a run of {at.step} steps in {at.seconds:.0f} s, and a budget of {budget} "
+            "leaves nothing to go on with; give a longer one"
+        )
+    earlier = (*run.earlier, f"{run.budget or f'{run.recipe.steps}it'} (up to step {at.step})")
+    config = replace(run.recipe, steps=limit.steps) if limit.steps else run.recipe
+    return replace(run, budget=budget, recipe=config, earlier=earlier if at.step else run.earlier)
+
+
 def _with_motion(run: Request, training_data: TrainingData) -> Request:
     """The run with its motion's hash. Raises BenchError where it began with other motion."""
     if run.motion not in ("", training_data.hash):
@@ -248,9 +294,9 @@ def _new(options: TrainingOptions, method: Spec) -> Request:
     data_spec = joint_datasets.canonical(options.dataset)
     built, data = _trainable(method), joint_datasets.dataset(data_spec)
     name = options.preset or "default"
-    if name not in built.presets:
-        raise BenchError(f"{method.name} has no preset {name!r}; there are {', '.join(built.presets)}")
-    config: TrainingConfig = built.presets[name]
+    if name not in (offered := presets(built)):
+        raise BenchError(f"{method.name} has no preset {name!r}; there are {', '.join(offered)}")
+    config = offered[name]
     if options.budget and (limit := Budget.parse(options.budget)).steps:
         config = replace(config, steps=limit.steps)
     config = replace(config, precision=options.precision or config.precision)

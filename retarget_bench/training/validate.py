@@ -1,6 +1,7 @@
 """Validation while training: held-out cases, predicted and scored as in ``bench run``."""
 
 import math
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -27,6 +28,7 @@ Scores = Mapping[str, Mapping[str, float]]
 class Validator:
     """A fixed choice of cases. What it finds depends on the weights alone.
 
+    seconds: what a validation takes, as far as is known.
     problem: what went wrong with a case the last time; "": nothing.
     """
 
@@ -44,11 +46,11 @@ class Validator:
         progress: called with the number of cases loaded and their total.
         """
         name, self.values = defaults.VALIDATION
-        self.problem = ""
+        self.problem, self.seconds = "", 0.0
         self._metrics = bound.metrics((name,)).of_cases
         self._data, self._device = data, device
         cast = data.characters()
-        self._cases: dict[str, list[list[Case]]] = {}
+        self._cast = cast
 
         def refused(info: CaseInfo) -> bool:
             """True where the method refuses a case by its bodies, before it is loaded."""
@@ -66,19 +68,35 @@ class Validator:
             if case.reference is not None and not predict.refusal(method, case):
                 loaded[info.id] = case
             progress(number, len(every))
-        for split, infos in chosen.items():
-            groups = batches([info for info in infos if info.id in loaded], cast)
-            if groups:
-                self._cases[split] = [[loaded[id_] for id_ in group] for group in groups]
+        self._cases = {
+            split: there
+            for split, infos in chosen.items()
+            if (there := [loaded[info.id] for info in infos if info.id in loaded])
+        }
 
     def __len__(self) -> int:
-        return sum(len(group) for groups in self._cases.values() for group in groups)
+        return sum(map(len, self._cases.values()))
+
+    def fit(self, modules: nn.Module, method: Method, limit: float) -> None:
+        """Leave cases out of each split, all but one at most, so that a validation takes about ``limit``
+        seconds. One case of each split is timed, after another one, which loads what is needed."""
+        seconds = 0.0
+        with _evaluating(modules, self._device):
+            for number, cases in enumerate((*list(self._cases.values())[:1], *self._cases.values())):
+                begun = time.perf_counter()
+                self._rows(method, cases[:1])
+                seconds += (time.perf_counter() - begun) * len(cases) * (number > 0)
+        share = min(1.0, limit / seconds) if seconds else 1.0
+        self.seconds = share * seconds
+        self._cases = {
+            split: cases[: max(1, int(share * len(cases)))] for split, cases in self._cases.items()
+        }
 
     def __call__(self, modules: nn.Module, method: Method) -> Scores:
         """Scores by split. Raises BenchError where no case gets an answer, with the reason of one."""
-        self.problem = ""
+        self.problem, begun = "", time.perf_counter()
         with _evaluating(modules, self._device):
-            rows = {split: self._rows(method, groups) for split, groups in self._cases.items()}
+            rows = {split: self._rows(method, cases) for split, cases in self._cases.items()}
         if not any(rows.values()):
             raise BenchError(f"no validation case got an answer ({self.problem})")
         scores: dict[str, dict[str, float]] = {}
@@ -88,6 +106,7 @@ class Validator:
                     scores.setdefault(split, {})[value] = sum(numbers) / len(numbers)
             if split_rows:
                 scores.setdefault(split, {})["n"] = len(split_rows)
+        self.seconds = time.perf_counter() - begun
         return scores
 
     def decisive(self, scores: Scores) -> float:
@@ -97,9 +116,11 @@ class Validator:
         complete = sum(values["n"] for values in scores.values()) == len(self)
         return sum(each) / len(each) if each and complete else math.inf
 
-    def _rows(self, method: Method, groups: Sequence[Sequence[Case]]) -> list[Mapping[str, Any]]:
+    def _rows(self, method: Method, chosen: Sequence[Case]) -> list[Mapping[str, Any]]:
         rows: list[Mapping[str, Any]] = []
-        for cases in groups:
+        by_id = {case.info.id: case for case in chosen}
+        for batch in batches([case.info for case in chosen], self._cast):
+            cases = [by_id[each] for each in batch]
             seeds = [store.case_seed(0, "validation", case.info.id) for case in cases]
             contexts = [self._context(method, *each) for each in zip(cases, seeds, strict=True)]
             for case, outcome in zip(cases, predict.predict_all(method, cases, contexts), strict=True):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from retarget_bench import cli
+from retarget_bench.api import Ablation
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner
 from retarget_bench.plugins import bound
@@ -19,7 +20,6 @@ from retarget_bench.tables.published import printed
 from retarget_bench.tables.published.printed import Column, Number, PublishedTable
 from retarget_bench.tables.rendering import WITH_INTERVALS
 from retarget_bench.training import train
-from retarget_bench.training.ablation import Ablation
 from tests.in_process import carried_out_here
 from tests.training.conftest import Silent
 
@@ -141,7 +141,7 @@ def test_a_value_that_no_metric_has_is_said(options, monkeypatch):
 @pytest.fixture
 def bench(options, monkeypatch, tmp_path, capsys):
     """``bench ablate`` in this process, its jobs too: exit status, output, errors."""
-    often = ["--preset", "quick", "--budget", "4it", "--device", "cpu", "-j", "1", "--out", str(tmp_path)]
+    often = ["--preset", "quick", "--budget", "4it", "-j", "1", "--out", str(tmp_path)]
     files = ["-d", "toy_walks", *often]
 
     def call(*arguments: str) -> tuple[int, str, str]:

@@ -197,6 +197,11 @@ def test_local_weights_are_known_by_what_they_are_and_not_by_where_they_lie(shif
     assert errors[0] < 1e-3 < 10 < errors[1]  # the references of the toy cases are 1 cm to the left
     labels = [results.header.method.label for results in stored]
     assert labels == [f"shifter[weights=local-{bundle.hash[:8]}]" for bundle in (own, others)]
+    shown = [results.header.method.shown for results in stored]
+    assert shown == [
+        f"shifter[weights={name}-{bundle.hash[:8]}]"
+        for name, bundle in zip("ab", (own, others), strict=True)
+    ]
     assert stored[0].header.method.trained_on == {key: tuple(names) for key, names in MANIFEST.items()}
     for path in (tmp_path / "runs").rglob("*"):
         assert path.is_dir() or str(tmp_path / "a").encode() not in path.read_bytes(), path
@@ -250,7 +255,12 @@ FULL = {
 def test_a_card_is_told_in_words():
     text = dict(line.split(": ", 1) for line in described(card(**FULL, hash="ff")))
     assert text["trained as"] == "shifter[cell=tf,layers=1], version 1"
-    assert text["data"] == "puppets-1.0 default (puppets[size=default]), 800 clips, 1.21 h of motion"
+    assert text["trained on"] == (
+        "the training motion of puppets-1.0 default (puppets[size=default]), 800 clips, 1.21 h of motion"
+    )
+    assert text["chosen by"] == (
+        "validation cases of these data (12 intra, 12 cross); test cases were not used"
+    )
     assert text["training"] == "6,000 steps (kept: those of step 4,500), 3.5 h, seed 3"
     assert text["began with"].startswith("weights 0123456789abcdef")
     assert text["machine"] == "a slow processor, 2 threads, torch 2.13.0, 2 processes"
@@ -277,7 +287,7 @@ def test_cards_from_before_they_told_of_motion_and_scoring_are_shown(shifter):
     newer, older = result.output.partition("Weights newer")[2].split("Weights older")
     assert "scored as: shifter[speed=2]" in newer
     assert "scored as" not in older
-    assert "data: puppets-1.0 default" in older
+    assert "trained on: the training motion of puppets-1.0 default" in older
     path = shifter / "weights" / "older.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {"scored_as": 3}))
     with pytest.raises(BenchError, match="its scored_as has to be a text"):

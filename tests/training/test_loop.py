@@ -10,7 +10,7 @@ import torch
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training import checkpoint, log, loop, weights
+from retarget_bench.training import checkpoint, log, loop, request, train, validate, weights
 from retarget_bench.training.config import Budget
 from retarget_bench.training.data import gather
 
@@ -204,6 +204,55 @@ def test_a_time_budget_is_spent_over_all_resumptions(toy_run, tmp_path, monkeypa
     again, reporter = toy_run(resume=True)
     assert again.at.step == trained.at.step
     assert not reporter.moments
+
+
+def test_a_finished_run_goes_on_under_a_longer_budget_as_one_run(toy_run, tmp_path):
+    """To the bit where the schedule does not depend on the budget, as a constant one does not."""
+    toy_run("whole", preset="quick", budget="30it")
+    toy_run(preset="quick", budget="20it")
+    trained, reporter = toy_run(resume=True, budget="30it")
+    assert [status.step for status in reporter.moments] == list(range(21, 31))
+    assert rows(tmp_path / "run") == rows(tmp_path / "whole")
+    same(state(tmp_path / "run"), state(tmp_path / "whole"))
+    assert weights.read(tmp_path / "run").hash == weights.read(tmp_path / "whole").hash
+    card = weights.read_card(tmp_path / "run")
+    assert (card["budget"], card["recipe"]["steps"]) == ("30it", 30)
+    assert card["notes"] == ["the budget was first 20it (up to step 20)"]
+    timed, _ = toy_run(resume=True, budget="1h", stop=33)
+    assert timed is None
+    assert (trained.run.budget, request.read(tmp_path / "run").budget) == ("30it", "1h")
+
+
+@pytest.mark.parametrize(("a_case", "cases", "end"), [(0.1, 4, 18.0), (2.0, 2, 20.0)])
+def test_preparing_validating_and_ending_are_in_a_budget_of_time(
+    toy_run, tmp_path, monkeypatch, a_case, cases, end
+):
+    """Gathering takes five seconds, a step a tenth; of cases of two seconds two are left out."""
+    now = [0.0]
+    monkeypatch.setattr(loop.time, "perf_counter", lambda: now[0])
+
+    def slowly(owner, name, seconds):
+        quick = getattr(owner, name)
+
+        def slow(*args):
+            now[0] += seconds(*args)
+            return quick(*args)
+
+        monkeypatch.setattr(owner, name, slow)
+
+    slowly(train, "gather", lambda *_: 5.0)
+    slowly(loop.Loop, "_do", lambda *_: 0.1)
+    slowly(validate.Validator, "_rows", lambda _, __, chosen: a_case * len(chosen))
+    trained, reporter = toy_run(budget="20s", preset="quick")
+    validations = trained.at.validation
+    assert {sum(split["n"] for split in each["scores"].values()) for each in validations} == {cases}
+    assert [f"validating {cases} of 4 cases" in text for text in reporter.said].count(True) == (cases < 4)
+    assert now[0] == pytest.approx(end, abs=0.3)
+    assert trained.at.seconds == pytest.approx(max(now[0], 20.0))
+    shares = [status.share for status in reporter.moments]
+    assert shares[0] < 0.02
+    again, reporter = toy_run(resume=True)
+    assert (again.at.step, reporter.moments) == (trained.at.step, [])
 
 
 def test_the_weights_kept_are_those_that_validate_best(toy_run, tmp_path, monkeypatch):

@@ -11,6 +11,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, log, parallel, request, weights
+from retarget_bench.training.card import PARTS
 from retarget_bench.training.config import Augmentation
 
 
@@ -30,6 +31,7 @@ def test_the_card_says_how_the_weights_came_about(toy_run, tmp_path):
     assert facts["data"] == {
         "spec": "toy_walks",
         "label": "toy_walks",
+        "parts": PARTS,
         "content": "one",
         "motion": trained.run.motion,
         "clips": 6,
@@ -134,7 +136,7 @@ def test_a_case_that_gets_no_answer_is_told_of_and_chooses_nothing(toy_run, monk
         ({"method": None}, "holds no run to go on with; bench train METHOD begins one"),
         ({"data": None}, "say what to train on: -d DATASET"),
         ({"method": "copy_rotations"}, "copy_rotations has nothing to train"),
-        ({"preset": "papre"}, "toy_trainee has no preset 'papre'; there are default, quick, wild"),
+        ({"preset": "papre"}, "toy_trainee has no preset 'papre'; there are gpu, default, quick, wild"),
         ({"budget": "soon"}, "'soon' is no budget; write time as"),
         ({"data": "toy_walks[kind=empty]"}, "toy_walks has no training motion"),
         ({"method": "toy_trainee[does=pick]"}, "toy_trainee needs motion of two characters"),
@@ -223,7 +225,8 @@ def test_a_device_that_is_not_there_is_refused(monkeypatch):
     [
         ({"method": "rest_pose"}, "began with method toy_trainee, not rest_pose"),
         ({"data": "toy_walks[content=two]"}, "began with dataset toy_walks, not toy_walks[content=two]"),
-        ({"budget": "99it"}, "began with budget 30it, not 99it"),
+        ({"budget": "12it"}, "holds a run of 15 steps in 0 s, and a budget of 12it leaves nothing"),
+        ({"budget": ""}, "began with budget 30it"),
         ({"preset": "quick"}, "began with preset default, not quick"),
         ({"seed": 7}, "began with seed 0, not 7"),
         ({"precision": "bfloat16"}, "began with precision float32, not bfloat16"),

@@ -69,7 +69,7 @@ def test_torchrun_is_told_the_sentence_too(bench, tmp_path, monkeypatch):
 
 
 def test_ctrl_c_says_how_to_go_on(bench, tmp_path, monkeypatch):
-    def interrupted(asked, reporter):
+    def interrupted(*_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(train, "train", interrupted)
@@ -88,6 +88,8 @@ def test_going_on_says_from_where(bench, toy_run, tmp_path):
     status, out, _ = bench("--resume", "--out", str(tmp_path / "run"))
     assert status == 0
     assert out.splitlines()[0] == "continuing from step 15"
+    _, out, _ = bench("--resume", "--out", str(tmp_path / "run"))
+    assert out.splitlines()[0] == "the budget ended at step 40; with a longer --budget it goes on"
 
 
 def test_a_method_that_is_called_like_a_metric_is_trained(bench, tmp_path):
