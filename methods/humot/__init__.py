@@ -65,20 +65,12 @@ class HuMoT(LearnedMethod):
     trained to reconstruct some joints of a window from others, on any skeletons at once, and takes
     skeletons that it was never trained on. Answers are positions.
 
-    variant: sizes of the networks. ``paper_count`` has exactly as many parameters as the paper says,
-        ``text`` follows its appendix by the letter; ``small`` is for CPUs.
-    subsampling: False leaves the stochastic joint subsampling out (the paper's "no SJS").
-    consistency: weight of the consistency of bone lengths (0: "no BLC").
-    facing, sized: windows go through the networks turned ahead, and bodies in the usual size; answers come
-        back from both. Not in the paper.
-    varied: training bodies have other proportions than the data's, drawn apart for source and target,
-        and limbs are held otherwise (``augmentation.py``). Not in the paper.
-    turned, mirrored: training windows are turned about the vertical axis at random, and mirrored.
-    split: with ``chunk`` a tenth of the windows of every training clip is never drawn, as in the paper's
-        split, whose validation they are; ``clip`` trains on all of them.
-    root_rule: what the path of the hips is scaled by, one of ``root_rules.SCALING_RULES``. The paper's is
-        ``leg_length`` (A.6), with which bodies of other proportions float or sink.
-    windows: ``overlapping`` by half, as long as those of training, faded into each other; or ``whole``.
+    facing, sized: answers come back from both. Not in the paper.
+    varied: drawn apart for source and target (``augmentation.py``). Not in the paper.
+    split: with ``chunk`` windows that are kept aside are validated on, as in the paper's split.
+    root_rule: one of ``root_rules.SCALING_RULES``. The paper's is ``leg_length`` (A.6), with which bodies
+        of other proportions float or sink.
+    windows: those that overlap do so by half, are as long as those of training, and fade into each other.
     """
 
     Config = HumotConfig

@@ -72,17 +72,10 @@ class Pan(SkeletalMethod):
     dropout, on bodies in hip heights that face ahead, with more weight on joint positions. The variant
     decides what is not given:
 
-    root, lengths, facing, path: the features of motions; see ``Features``.
-    statistics: eq. 15 by ``structure`` or, as released, by ``character``. target_stats: by character, the
-        deviations that an answer gets: ``transferred`` those of training; ``own`` those of the target's
-        reference motions, which is the leak of the published numbers (rows are marked privileged).
-    conv_mask, decoder: see ``Design``. kinematic: weight of joint positions in reconstruction and cycle
-        (eq. 13). ends: of end effectors. adversarial: of eq. 12. velocity: of eq. 20. cycle: of the codes.
-    attention, by_part: False for rows of Table 5.
-    parts: ``six``; ``three`` (legs, spine, head: for two legs and four; arms and tails are decoded and not
-        encoded); or a TOML file of part = [body parts].
-    yaw: ``source`` faces where the source faces, ``predicted`` sums up the decoder's turns.
-    tips: ends of chains, which no edge turns: ``copied`` relative to their parents, or ``rest``.
+    root, lengths, facing, path: the features of motions; see ``Features``. conv_mask, decoder: see
+        ``Design``.
+    target_stats: with ``own`` it leaks as the published numbers did (rows are marked privileged).
+    parts: with ``three`` arms and tails are decoded and not encoded; it is for two legs and four.
     weights: with ``parts=three``, ``puppets`` means ``puppets_three``. With ``variant=released`` also the
         authors' folders ``pretrained_mixamo`` and ``pretrained_lafan1dog``, see docs/methods.md.
 

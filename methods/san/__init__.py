@@ -47,17 +47,10 @@ class San(SkeletalMethod):
     same networks, the root's slot mended, on bodies in hip heights that face ahead, with more weight on
     joint positions. The variant decides what is not given:
 
-    neighbours: of the root's slot, see ``Edges.neighbours``. root, lengths, path: the features of motions,
-        see ``Features``.
-    statistics: mean and deviation by ``structure`` or, as released, by ``character``. target_stats: by
-        character, the statistics that an answer gets: ``transferred`` those of training; ``own`` those of
-        the target's reference motions, which is the leak of the published numbers (rows are marked
-        privileged).
-    heights: that the movement of end effectors is compared in; see ``losses.Heights``.
-    positions, cycle, ends, adversarial: weights, see ``Weights``.
-    structures: what is trained on: ``two_legged``, ``all``, or names of structures joined by ``+``. Weights
-        know the structures that they were trained on, with any bodies of these.
-    tips: ends of chains, which no edge turns: ``copied`` relative to their parents, or ``rest``.
+    neighbours: see ``Edges.neighbours``. root, lengths, path: see ``Features``. heights: see
+        ``losses.Heights``. positions, cycle, ends, adversarial: see ``Weights``.
+    target_stats: with ``own`` it leaks as the published numbers did (rows are marked privileged).
+    structures: weights know the structures that they were trained on, with any bodies of these.
     weights: with ``variant=released`` also the authors' folder ``pretrained``, see docs/methods.md.
     """
 

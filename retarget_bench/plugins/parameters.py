@@ -77,7 +77,7 @@ def documented(config: type) -> dict[str, str]:
         for field, text in itertools.pairwise(body.body):
             if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
                 lines[ast.unparse(field.target)] = " ".join(ast.literal_eval(text.value).split())
-    return {each.name: lines.get(each.name, "") for each in dataclasses.fields(config)}
+    return {each.name: lines[each.name] for each in dataclasses.fields(config) if each.name in lines}
 
 
 def fit(spec: Spec, factory: Callable[..., Any]) -> Spec:

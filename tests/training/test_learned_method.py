@@ -123,6 +123,21 @@ def test_what_was_asked_for_and_is_not_there_is_an_error_not_a_row(shifter, writ
             call()
 
 
+def test_weights_older_than_a_parameter_were_made_with_its_default(shifter, tmp_path):
+    written = write(tmp_path / "trained", facts={"cell": "tf"})
+    place = f"weights='{tmp_path / 'trained'}'"
+    assert made(f"shifter[{place}]").weights_hash == written.hash
+    with pytest.raises(BenchError, match="write layers=1 in the brackets"):
+        _ = made(f"shifter[layers=2,{place}]").weights_hash
+
+
+def test_docstrings_under_fields_are_the_card_s_lines(shifter):
+    assert made().card.parameters == {
+        "cell": "the kind of its cells", "layers": "their number", "weights": "name or path",
+    }  # fmt: skip
+    assert made("shifter[layers=2]").facts() == {"cell": "tf", "layers": 2}
+
+
 def test_what_the_refusal_says_to_write_is_taken(shifter, tmp_path):
     write(tmp_path / "trained", facts={"cell": "torch", "layers": 3})
     place = f"weights='{tmp_path / 'trained'}'"
