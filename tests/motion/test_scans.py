@@ -282,12 +282,14 @@ def test_small_parts_far_away_are_left_out_and_near_ones_kept(tmp_path, mesh):
     )
 
 
-@pytest.mark.parametrize(("axis", "sign"), [(1, 1), (1, -1), (0, 1), (2, 1)])
-def test_a_body_of_which_half_is_missing_is_told(tmp_path, mesh, axis, sign):
-    """Its lower or upper half, one side, or its back."""
-    middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
-    middle[1] += 0.05 * np.ptp(mesh.vertices[:, 1])  # the waist
-    kept = (sign * (mesh.vertices - middle)[mesh.faces][:, :, axis] > 0).all(axis=1)
+@pytest.mark.parametrize(
+    ("axis", "sign", "share"), [(1, 1, 0.55), (1, -1, 0.55), (1, 1, 0.45), (0, 1, 0.5), (2, 1, 0.5)]
+)
+def test_a_body_of_which_half_is_missing_is_told(tmp_path, mesh, axis, sign, share):
+    """Its lower or upper half, cut at the waist or through both thighs, one side, or its back."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    away = mesh.vertices - (low + share * (high - low))
+    kept = (sign * away[mesh.faces][:, :, axis] > 0).all(axis=1)
     path = written(tmp_path / "half.ply", mesh.vertices, mesh.faces[kept])
     for load in (load_scan, load_body):
         first, *_ = load(path).findings.notes

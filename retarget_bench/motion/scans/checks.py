@@ -30,6 +30,9 @@ _OPENING, _BEYOND = 0.025, 0.12
 """Area of an opening over that of the surface, and share of the surface beyond it, from and up to which a
 part of the body is missing: halves have 0.026 to 0.76 and at most 0.12. Openings of clothes, necks and
 soles are smaller, or have legs, arms or a head beyond them (0.22 of the surface and more)."""
+_CUT, _END, _PLANE = 0.015, 0.02, 0.03
+"""The same of openings in one plane together, such as both thighs of an upper half. Whole bodies have none
+with so little beyond. And how far from the plane, in sizes of the body."""
 _MERGED = 1e-5
 """Vertices closer than this share of the mesh's size are one: STL files repeat them for each triangle."""
 
@@ -37,7 +40,7 @@ _MERGED = 1e-5
 @dataclass(frozen=True)
 class Topology:
     """parts: connected ones. open_edges: with one face. crowded_edges: with more than two. opening: share
-    of the surface that the largest opening with nothing beyond it is as large as."""
+    of the surface that openings are as large as where they show that a part is missing, else 0."""
 
     parts: int
     open_edges: int
@@ -48,10 +51,10 @@ class Topology:
     def notes(self) -> tuple[str, ...]:
         """Sentences on its faults."""
         notes = []
-        if self.opening >= _OPENING:
+        if self.opening:
             notes.append(
-                "lacks a part of the body, such as its half or its back: an opening is as large as "
-                f"{100 * self.opening:.0f} % of the surface, and nothing is beyond it"
+                "lacks a part of the body, such as its half or its back: it is open for "
+                f"{100 * self.opening:.0f} % of its surface, and nothing is beyond"
             )
         if self.open_edges:
             notes.append(f"is open: {self.open_edges} edges have a face on one side only")
@@ -110,23 +113,32 @@ def topology(frame: Frame) -> Topology:
 
 
 def _opening(places: np.ndarray, faces: np.ndarray, edges: np.ndarray) -> float:
-    """Area of the largest opening beyond which is nothing, over that of the surface; 0.0 where there is
-    none.
+    """Area of the largest openings that show that a part is missing, over that of the surface; 0.0 where
+    none do.
 
     places: ``(V, 3)``. faces: ``(F, 3)``. edges: ``(E, 2)`` those of one face, in its order.
     """
     a, b, c = (places[faces[:, corner]] for corner in range(3))
     areas = np.maximum(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1), 1e-30)  # a line has none
-    largest, of = 0.0, _components(edges) if len(edges) else np.zeros(0, int)
+    surface, middles = float(areas.sum()), (a + b + c) / 3.0
+    largest, cuts = 0.0, list[tuple[float, np.ndarray, np.ndarray]]()
+    of = _components(edges) if len(edges) else np.zeros(0, int)
     for each in np.unique(of):
         first, last = (places[edges[of == each, end]] for end in range(2))
         middle = first.mean(axis=0)
         normal = 0.5 * np.cross(first - middle, last - middle).sum(axis=0)
-        if (size := float(np.linalg.norm(normal) / areas.sum())) > max(largest, _OPENING):
-            side = ((a + b + c) / 3.0 - middle) @ normal > 0.0
-            beyond = min(areas[side].sum(), areas[~side].sum()) / areas.sum()
-            largest = size if beyond <= _BEYOND else largest
-    return largest
+        size, side = float(np.linalg.norm(normal)), (middles - middle) @ normal > 0.0
+        beyond = min(areas[side].sum(), areas[~side].sum()) / surface
+        if size > 0.0 and beyond <= _END:
+            cuts.append((size, middle, normal / size))
+        largest = max(largest, size) if beyond <= _BEYOND else largest
+    thick = _PLANE * float(np.ptp(places, axis=0).max())
+    together = max(
+        (sum(size for size, other, _ in cuts if abs((other - at) @ way) < thick) for _, at, way in cuts),
+        default=0.0,
+    )
+    missing = together >= _CUT * surface or largest >= _OPENING * surface
+    return max(together, largest) / surface if missing else 0.0
 
 
 def check_one_body(frame: Frame, points: np.ndarray) -> None:
