@@ -39,6 +39,8 @@ MARKS = (
     ("control", "a control: shown in tables, never ranked"),
     ("stochastic", "random: results depend on the seed"),
 )
+PARAMETERS = 6
+"""How many are shown of a plug-in that has many."""
 TEMPLATES = Path(registry.__file__).parent / "templates"
 KINDS: dict[str, registry.Kind] = {kind.removesuffix("s"): kind for kind in registry.KINDS}
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
@@ -69,9 +71,16 @@ def section(kind: registry.Kind) -> str:
     return "\n".join([*lines, *(["  none"] if not entries else []), ""])
 
 
+class InfoOptions(OptionSet):
+    """``bench info``."""
+
+    all: bool = option("All parameters, where there are many.", default=False)
+
+
 @click.command("info")
 @click.argument("name", required=False, metavar="[NAME]", shell_complete=plugin_names(*registry.KINDS))
-def info(name: str | None) -> None:
+@takes(InfoOptions)
+def info(name: str | None, options: InfoOptions) -> None:
     """Show what a method, metric, data set or post-processor is, its parameters, how values are defined.
 
     NAME may also be a value, by its id, its label or its family (MPJPE, "contact recall"). Case, spaces, _
@@ -88,11 +97,11 @@ def info(name: str | None) -> None:
     elif name is None:
         raise BenchError("give a NAME; bench list shows them")
     else:
-        for lines in _described(name):
+        for lines in _described(name, options.all):
             echo("\n".join(lines) + "\n")
 
 
-def _described(name: str) -> list[list[str]]:
+def _described(name: str, all_: bool) -> list[list[str]]:
     """The lines about what a name stands for: plug-ins, or else values of metrics, by id, label or family.
 
     Raises BenchError where it stands for nothing.
@@ -115,7 +124,7 @@ def _described(name: str) -> list[list[str]]:
     parts = [(kind, spec.alone) for kind in kinds]
     if spec.posts:
         parts = [("methods", spec.alone), *(("posts", post) for post in spec.posts)]
-    return [description(kind, each) for kind, each in parts]
+    return [description(kind, each, all_) for kind, each in parts]
 
 
 def _value_of(metric: str, value_id: str) -> list[str]:
@@ -125,8 +134,11 @@ def _value_of(metric: str, value_id: str) -> list[str]:
     return [f"{value.label}, value of metric {metric} {card.version}", *_value(value)]
 
 
-def description(kind: registry.Kind, spec: Spec) -> list[str]:
-    """The lines that describe a plug-in. Raises BenchError where it cannot be imported."""
+def description(kind: registry.Kind, spec: Spec, all_: bool) -> list[str]:
+    """The lines that describe a plug-in. Raises BenchError where it cannot be imported.
+
+    all_: False: its first parameters only, which are those that people change.
+    """
     entry = registry.find(kind, spec.name)
     factory = registry.load(kind, spec.name)
     card = _card(kind, spec, factory)
@@ -142,7 +154,10 @@ def description(kind: registry.Kind, spec: Spec) -> list[str]:
         lines += _assets(spec)
         lines += _worse(spec)
     if taken := parameters.describe(factory):
-        lines += ["", "Parameters"] + [line for each in taken for line in _wrapped(each, "  ")]
+        shown = taken if all_ else taken[:PARAMETERS]
+        lines += ["", "Parameters"] + [line for each in shown for line in _wrapped(each, "  ")]
+        if more := len(taken) - len(shown):
+            lines.append(f"  and {more} more: bench info {spec.name} --all")
     if kind == "metrics":
         lines += [line for value in card.values for line in _value(value)]
     if text := (factory.__doc__ or "").strip():

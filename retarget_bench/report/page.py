@@ -33,21 +33,15 @@ SCRIPT = ("cases", "links", "begin")
 """The files of the script, in the order in which they stand in one."""
 
 
-def page(
-    chapters: Sequence[Chapter],
-    shown: PackedScenes,
-    ranked: Mapping[str, ResultHeader],
-    title: str | None = None,
-) -> str:
-    """The whole document. ranked: of ``method_order``, for colours. title: its heading, where the usual one
-    does not do."""
+def page(chapters: Sequence[Chapter], shown: PackedScenes, ranked: Mapping[str, ResultHeader]) -> str:
+    """The whole document. ranked: of ``method_order``, for colours."""
     labels = {label for chapter in chapters for label in chapter.labels}
     styles = {label: each for label, each in method_order.styles(ranked).items() if label in labels}
     cases, thinned = index(chapters, styles, shown)
     script = "\n".join(_file(f"script/{name}.js") for name in SCRIPT)
     tables = [table for chapter in chapters for table in chapter.tables]
     context = as_html.context(tables) | {
-        "title": title or "Results of motion retargeting",
+        "title": "Results of motion retargeting",
         "chapters": [_chapter(chapter, styles) for chapter in chapters],
         "facts": _facts(chapters, shown),
         "shown": shown,

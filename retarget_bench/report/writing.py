@@ -19,7 +19,6 @@ class ReportOptions(OfMethods, WithData):
     out: str | PathLike[str] = option(
         "The page.", default="report.html", letter="o", metavar="FILE", kw_only=False
     )
-    title: str = option("The heading of the page.", default="")
     clips: int | None = option(
         "How many cases can be seen in motion: the worst, median and best "
         "ones, of many kinds and pairs; 0: "
@@ -67,5 +66,5 @@ def write(
     room = motions.ROOM if options.clips is None else motions.MOST_ROOM
     shown = motions.motions(shown_chapters, chosen, room, options.skins)
     ranked = method_order.ranked(chapters.results(roots))
-    files.write_text(options.page, page.page(shown_chapters, shown, ranked, options.title or None))
+    files.write_text(options.page, page.page(shown_chapters, shown, ranked))
     return shown

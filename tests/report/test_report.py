@@ -259,11 +259,10 @@ def test_results_of_data_that_are_not_here_have_tables_and_a_reason(tmp_path):
 
 
 def test_without_the_player_no_motion_is_packed(results, tmp_path):
-    report(results, "-o", tmp_path / "r.html", "--clips", "0", "--title", "A <b>title</b>", "-m", LABEL)
+    report(results, "-o", tmp_path / "r.html", "--clips", "0", "-m", LABEL)
     page_tags = Tags((tmp_path / "r.html").read_text(encoding="utf-8"))
     assert not [name for name in page_tags.scripts if name.startswith("scene-")]
     assert "RetargetPlayer = " not in "".join(page_tags.scripts.values())
-    assert "A <b>title</b>" in page_tags.text
     assert json.loads(page_tags.scripts["report-data"])["chapters"][0]["splits"][0]["methods"] == [LABEL]
 
 
