@@ -139,9 +139,6 @@ class HuMoT(LearnedMethod):
         why = unfit(source, read=True) or unfit(target)
         return why or root_rules.reason(self.config.root_rule, source, target)
 
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
-        return self.retarget_batch([source], [target], contexts=[context])[0]
-
     def retarget_batch(
         self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> list[Positions]:

@@ -123,9 +123,6 @@ class R2ET(LearnedMethod):
         )
 
     # ----------------------------------------------------------------------------------- retargeting
-    def supports(self, source: Character, target: Character) -> str | None:
-        return self.untrained or self.unfit(source) or self.unfit(target) or None
-
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         if not isinstance(source, Motion):
             raise NotSupported("r2et needs a source with rotations, not positions only")

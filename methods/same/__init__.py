@@ -109,9 +109,6 @@ class Same(LearnedMethod):
         return SameTraining(training_data, config, Autoencoder(), self.using)
 
     # ----------------------------------------------------------------------------------- retargeting
-    def supports(self, source: Character, target: Character) -> str | None:
-        return self.untrained or unfit(source) or unfit(target) or None
-
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         if not isinstance(source, Motion):
             raise NotSupported("same needs a source with rotations, not positions only")

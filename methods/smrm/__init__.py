@@ -140,12 +140,6 @@ class SMRM(LearnedMethod):
         )
 
     # ----------------------------------------------------------------------------------- retargeting
-    def supports(self, source: Character, target: Character) -> str | None:
-        return self.untrained or unfit(source) or unfit(target) or None
-
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
-        return self.retarget_batch([source], [target], contexts=[context])[0]
-
     def retarget_batch(
         self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> list[Motion]:

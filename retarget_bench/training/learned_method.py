@@ -16,8 +16,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from retarget_bench.api import MethodCard
+from retarget_bench.api import Context, MethodCard
 from retarget_bench.errors import BenchError
+from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.parameters import documented
 from retarget_bench.plugins.spec import Scalar, Spec
@@ -174,6 +175,20 @@ class LearnedMethod:
                 if isinstance(each, cached_property):
                     with suppress(BenchError):  # to be told where an answer needs it
                         getattr(self, name)
+
+    # --------------------------------------------------------------------------------- retargeting
+    def unfit(self, character: Character) -> str:  # noqa: ARG002
+        """Reason why a body can be neither source nor target nor trained on; "" if it can."""
+        return ""
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        """Reason why there is no answer; None where there is one."""
+        return self.untrained or self.unfit(source) or self.unfit(target) or None
+
+    def retarget(self, source: Any, target: Character, *, context: Context) -> Any:
+        """An answer alone, of a method that answers batches (``retarget_batch``)."""
+        batched: Any = self
+        return batched.retarget_batch([source], [target], contexts=[context])[0]
 
     # ------------------------------------------------------------------------------------- tensors
     @cached_property

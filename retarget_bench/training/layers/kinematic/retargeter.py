@@ -159,9 +159,6 @@ class SightRetargeter(LearnedMethod):
                 return why
         return root_rules.reason(ROOT_RULE, source, target) or self.untrained or None
 
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
-        return self.retarget_batch([source], [target], contexts=[context])[0]
-
     def retarget_batch(
         self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> list[Motion]:

@@ -97,9 +97,6 @@ class SkeletalMethod(LearnedMethod):
     def supports(self, source: Character, target: Character) -> str | None:
         """Reason why there is no answer; None where there is one."""
 
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
-        return self.retarget_batch([source], [target], contexts=[context])[0]
-
     def retarget_batch(
         self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> list[Motion]:
