@@ -138,12 +138,6 @@ def test_a_time_beyond_the_end_is_told(time):
         asking.frames_at([time], turning())
 
 
-def test_frames_that_are_drawn_unasked():
-    assert picture.spread(31) == [0, 8, 15, 22, 30]
-    assert picture.spread(1) == [0]
-    assert picture.spread(2) == [0, 1]
-
-
 # ---------------------------------------------------------------------------------------------- picture
 def test_a_body_is_seen_from_beside_its_front_wherever_it_faces():
     """Turned about the vertical axis and moved, it looks the same; its left is at our right, up is up."""

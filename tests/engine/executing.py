@@ -11,25 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import psutil
-from small_plans import asked
+from small_plans import asked, know_toys  # noqa: F401
 
 from retarget_bench.evaluation import runner, shards
 from retarget_bench.evaluation.plan import Plan
-from retarget_bench.plugins import registry
 from tests.in_process import InThisProcess
 
-HERE = Path(__file__).parent
-TOYS = (
-    *sorted((HERE / "toys").glob("*.py")),
-    HERE / "batch_toys" / "toy_batches.py",
-    HERE / "shard_toys" / "slow_copy.py",
-)
 METHODS = ("toy_method[does=noise]", "toy_method[does=nan]", "toy_batches", "copy_rotations")
-
-
-def know_toys() -> None:
-    for file in TOYS:
-        registry.add_file(file)
 
 
 def small_shards(patch: Any) -> None:

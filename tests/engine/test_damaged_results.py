@@ -18,18 +18,10 @@ from retarget_bench.evaluation import runner, set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.evaluation.shard_work import ShardWork
 from retarget_bench.files import LOCK, locked
-from retarget_bench.plugins import registry
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results.paths import ARRAYS, CASES, ROWS, SETS
 
-pytestmark = pytest.mark.usefixtures("in_process")
-TOYS = Path(__file__).parent / "toys"
-
-
-@pytest.fixture(autouse=True)
-def _toys():
-    for file in sorted(TOYS.glob("*.py")):
-        registry.add_file(file)
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
 
 def cut(path: Path) -> None:

@@ -12,7 +12,7 @@ from retarget_bench.api import Case, CaseInfo
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import runner, shard_work
 from retarget_bench.motion import bvh, rotation, transfer
-from retarget_bench.plugins import bound, registry
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import predictions, store
 from retarget_bench.tables import requested
@@ -20,15 +20,11 @@ from retarget_bench.tables.rendering import text
 from tests.motion import editing_bodies
 from tests.motion.alignment_rigs import performance
 
-pytestmark = pytest.mark.usefixtures("in_process")
-
-TOYS = Path(__file__).parent / "toys"
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
 
 @pytest.fixture
 def cases():
-    for file in sorted(TOYS.glob("*.py")):
-        registry.add_file(file)
     data = bound.dataset(Spec.parse("toy_cases")).built
     return [data.load(info) for info in data.cases("retarget", "intra")]
 

@@ -27,7 +27,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.tables import builder
 
-HERE = Path(__file__).parent
+pytestmark = pytest.mark.usefixtures("toys")
+
 LOOP = Path(numpy_worker.__file__)
 CODE = """
 import os, sys, time
@@ -66,12 +67,6 @@ for case in json.loads((Path(folder) / "manifest.json").read_text())["cases"]:
     with np.load(Path(folder) / (case["source_file"] + ".npz")) as file:
         np.savez(Path(folder) / case["prediction"], rotations=file["rotations"], root=file["root"])
 """
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _plugins():
-    registry.add_file(HERE / "toys" / "toy_cases.py")
-    registry.add_file(HERE / "toys" / "toy_method.py")
 
 
 @pytest.fixture

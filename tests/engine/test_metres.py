@@ -16,25 +16,18 @@ from retarget_bench.analysis import summary
 from retarget_bench.api import Comparison
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins import bound, registry
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata
 from retarget_bench.results.metres import in_metres
 from retarget_bench.results.predictions import read_prediction
 from retarget_bench.results.result_matrix import result_matrices
 
-pytestmark = pytest.mark.usefixtures("in_process")
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
-TOYS = Path(__file__).parent / "toys"
 SHIFT = 0.01  # as in toys/toy_cases.py
 HEIGHTS = {"b": 1.0, "c": 3.0}
 PER_CENT = VALUES["mpjpe_h.world"] | {"unit": "% of height", "protocol": {"divided by": "h"}}
-
-
-@pytest.fixture(autouse=True)
-def _toys():
-    for file in sorted(TOYS.glob("*.py")):
-        registry.add_file(file)
 
 
 def test_they_are_the_distances_of_the_answers(tmp_path):

@@ -8,7 +8,7 @@ from stored import VALUES, changed, store
 from retarget_bench.analysis import summary
 from retarget_bench.evaluation import timing
 from retarget_bench.results import store as records
-from retarget_bench.tables import builder, rendering
+from retarget_bench.tables import builder
 from retarget_bench.tables.cells import STALE
 from retarget_bench.tables.model import FAILED, NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
 
@@ -194,20 +194,6 @@ def test_a_number_over_fewer_cases_says_why_it_is_not_ranked(tmp_path):
 
 
 # ------------------------------------------------------------------------------------------ breakdowns
-@pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
-def test_breakdowns_have_a_line_per_part_and_a_column_per_method(tmp_path, form):
-    for name, centre in (("m", 1.0), ("k", 2.0)):
-        noisy(tmp_path, name, centre, 0, clips=3)
-    (table,) = builder.tables(summary.split_summaries(records.find_results(tmp_path), "pair"), by="pair")
-    (group,) = table.groups
-    assert (group.heading, group.subject) == ("pair", "mpjpe_h.world")
-    assert [row.label for row in group.ranked] == ["a>b", "a>c"]
-    assert [column.label for column in group.columns] == ["k", "m"]
-    assert {row.n for row in group.ranked} == {"3"}
-    assert all(cell.value is not None for row in group.ranked for cell in row.cells)
-    assert [column.id for column in table.explained] == ["mpjpe_h.world"]
-    drawn = rendering.RENDERERS[form]([table])
-    assert "mpjpe_h.world" in drawn if form == "csv" else "by pair" in drawn
 
 
 def test_a_line_on_which_a_method_did_not_answer_all_cases_says_so(tmp_path):

@@ -27,14 +27,6 @@ def subsets(matrix: ResultMatrix, count: int, seed: int) -> Iterator[ResultMatri
         yield matrix.restricted(kept[matrix.clips], "")
 
 
-def some_methods(matrix: ResultMatrix, count: int, seed: int) -> Iterator[ResultMatrix]:
-    """The matrix of some of its methods, drawn at random."""
-    random = np.random.default_rng(seed)
-    for _ in range(count):
-        kept = random.permutation(len(matrix.rows))[: random.integers(2, len(matrix.rows) + 1)]
-        yield replace(matrix, rows=tuple(matrix.rows[at] for at in sorted(kept)))
-
-
 def contradictions(matrix: ResultMatrix, values: Sequence[str]) -> list[str]:
     """What a table's marks and the comparisons with its best say differently, of these values."""
     rankings = comparing.table_rankings(matrix)

@@ -24,16 +24,10 @@ from retarget_bench.results import store
 from retarget_bench.tables.builder import tables
 from retarget_bench.tables.model import Table
 
-pytestmark = pytest.mark.usefixtures("in_process")
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
 VALUE, FIT = "mpjpe_h.path_fitted", ("path_fit.level", "path_fit.lift", "path_fit.clips")
 METRICS = ("path_fitted", "position")
-
-
-@pytest.fixture(autouse=True)
-def _toys() -> None:
-    for file in sorted((Path(__file__).parent / "toys").glob("*.py")):
-        registry.add_file(file)
 
 
 def numbers(results: store.Results) -> dict[str, dict[str, float]]:
@@ -115,18 +109,6 @@ def test_order_and_interruption_change_nothing(tmp_path: Path) -> None:
     assert rows("scored later", {"stage": "predict"}, {"stage": "score"}) == once
 
 
-def test_a_metric_that_fails_for_a_pair_is_a_fault_of_its_cases(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (metric,) = bound.metrics(("path_fitted",)).of_pairs
-    monkeypatch.setattr(type(metric), "values", lambda self, clips: [{VALUE: float("nan")}] * len(clips))
-    (results,) = carry_out(tmp_path, "toy_method", metrics=METRICS)
-    (fault,) = results.header.faults
-    assert (fault.metric, len(fault.cases)) == ("path_fitted", 6)
-    assert f"gave nan for {VALUE}" in fault.message
-    assert all("mpjpe_h.world" in values for values in numbers(results).values())
-
-
 def _raises(self, clips):
     yield {VALUE: 1.0}
     raise ValueError("of its own")
@@ -144,6 +126,7 @@ def _endless(self, clips):
         (None, _raises, "of its own"),
         (None, _endless, "gave values of 4 or more clips for 3"),
         (None, lambda self, clips: [{VALUE: "1"}] * 3, "instead of a number"),
+        (None, lambda self, clips: [{VALUE: float("nan")}] * 3, f"gave nan for {VALUE}"),
         (lambda self, comparison: np.float64(1.0), lambda self, clips: [{}] * 2, "gave values of 2"),
         (lambda self, comparison: np.array(np.nan), lambda self, clips: [{}] * 3, "not finite"),
     ],

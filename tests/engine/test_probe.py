@@ -13,7 +13,6 @@ from probe_questions import clips_together, short_questions
 
 from retarget_bench.api import Case, CaseInfo, MethodCard
 from retarget_bench.cli import main
-from retarget_bench.errors import BenchError
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.registry import create
@@ -299,24 +298,6 @@ def test_what_cannot_be_asked_is_said(tmp_path: Path, capsys: pytest.CaptureFixt
     code, output = bench(capsys, "test", "ik", "--probes", "sorce_names", *out)
     assert (code, "there are source_names" in output) == (2, True)
     assert not list(tmp_path.iterdir())
-
-
-def test_methods_that_fail_are_told_and_cost_no_other(subjects: list[Case]) -> None:
-    class Picky(Fault):
-        def retarget(self, source, target, *, context):
-            if source.fps != 30.0:
-                raise ValueError("30 fps only")
-            return super().retarget(source, target, context=context)
-
-    replies = ask(Picky(), "picky", subjects[:2])
-    failed = {reply.probe for reply in replies if reply.status == "failed"}
-    assert failed == {"rate_24", "rate_60", "rate_120"}
-    assert any(
-        "rate_24 could not be answered in 2 of 2" in sentence
-        for sentence in report.findings("picky", replies)
-    )
-    with pytest.raises(BenchError, match="only methods that see source and target alone"):
-        ask(create("methods", Spec.parse("reference")), "reference", subjects)
 
 
 def test_what_a_method_declares_it_cannot_do_is_no_fault(subjects: list[Case]) -> None:

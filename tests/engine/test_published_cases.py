@@ -212,21 +212,6 @@ def test_ours_stand_under_the_rows_that_they_are_trained_for(tmp_path: Path) -> 
     assert combined.notes[0] == "a note"
 
 
-@pytest.mark.parametrize("name", ["pan-table1", "humot-table3", "humot-table4", "humot-table5"])
-def test_footnotes_are_those_of_cells_that_are_shown(with_dogs: Path, name: str) -> None:
-    table = made(with_dogs, name)
-    used = {cell.footnote for cell in table.cells} - {0}
-    assert used == set(range(1, len(table.footnotes) + 1))
-
-
-def test_without_a_number_in_the_printed_columns_one_sentence_stands_for_our_rows(with_dogs: Path) -> None:
-    table = made(with_dogs, "humot-table4")
-    printed, own = table.groups
-    assert all("printed" in row.label for row in printed.rows)
-    assert any("No number in the columns of the paper: narrow, wide" in note for note in table.notes)
-    assert {row.label for row in own.rows} == {"wide", "narrow"}
-
-
 def test_trained_on_other_structures_numbers_of_seen_ones_say_how_many_cases(tmp_path: Path) -> None:
     for name, structures in (("one", ["a"]), ("two", ["a", "b"])):
         numbers = all_of(PEOPLE[:3], 0.1) | {("bo>ann", "c9"): 0.5}

@@ -144,12 +144,6 @@ def test_a_number_of_other_windows_or_fewer_structures_says_so(tmp_path: Path) -
     assert not any(cell.reason for cell in rows(tmp_path)["a"].numbers.values())
 
 
-def test_methods_are_chosen_and_the_floor_stays(tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        store(tmp_path, name, [value("dog", 2.0)])
-    assert [row.label for row in drawn(tmp_path, "a").groups[0].rows[4:]] == ["a", "floor"]
-
-
 def test_controls_stand_apart_and_the_papers_rows_only_where_it_prints(tmp_path: Path) -> None:
     store(tmp_path, "still", [value("dog", 7.0), value("dog", 1.0, "idle")], method={"control": True})
     table = drawn(tmp_path)

@@ -189,14 +189,6 @@ def test_other_data_only_fill_columns_that_take_any_pair(tmp_path: Path) -> None
     assert {key: cell.value for key, cell in row.numbers.items()} == {"MPJPE": 0.1 / 100 * 2}
 
 
-def test_metres_need_the_heights_of_targets(tmp_path: Path) -> None:
-    store(tmp_path, "mine", "intra", {("Goblin_m>Mousey_m", "a"): 0.1})
-    (heights,) = tmp_path.rglob("cases.metadata.csv")
-    heights.unlink()
-    with pytest.raises(BenchError, match="do not say how tall their targets are"):
-        ours("correspondence-free-table4", tmp_path)
-
-
 @pytest.mark.parametrize("name", ALL)
 def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tmp_path: Path) -> None:
     numbers = {("BigVegas>Goblin_m", "a"): 0.1, ("Goblin_m>BigVegas", "a"): 0.1}  # one beyond the paper's
@@ -351,22 +343,6 @@ def test_variants_stand_in_the_rows_and_the_root_rule_of_copied_rotations_is_not
 def test_an_unknown_table_names_those_there_are() -> None:
     with pytest.raises(BenchError, match=r"no published table 'pan-table9'; there are .*pan-table1"):
         printed.published("pan-table9")
-
-
-def test_pans_table_1_on_the_pairs_at_hand(tmp_path: Path) -> None:
-    """Self pairs count with intra, as in the code that made the printed numbers."""
-    store(tmp_path, "mine", "self", {("Ann>Ann", "a"): 0.1})
-    store(tmp_path, "mine", "intra", {("Ann>Bob", "a"): 0.3, ("Ann>Bob", "b"): 0.5})
-    store(tmp_path, "mine", "cross", {("Ann>Cy", "a"): 0.7})
-    (row,) = rows_of("pan-table1", tmp_path)
-    cells = {key: (cell.value, cell.n) for key, cell in row.numbers.items()}
-    assert cells == {
-        "self + intra": (pytest.approx((0.2 + 0.5) / 2), 3),
-        "all cross": (pytest.approx(0.7), 1),
-    }
-    first, own = drawn("pan-table1", tmp_path).groups
-    assert all("printed" in each.label for each in first.ranked)
-    assert [each.label for each in own.ranked] == ["mine"]
 
 
 @pytest.mark.parametrize(

@@ -12,26 +12,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_plans import asked, carry_out
+from small_plans import TOYS, asked, carry_out
 
 from retarget_bench import files
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner
-from retarget_bench.plugins import bound, registry
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, journal, predictions, store
 from retarget_bench.results.header import Counts
 
-pytestmark = pytest.mark.usefixtures("in_process")
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
-TOYS = Path(__file__).parent / "toys"
 SHIFT = 0.01  # as in toys/toy_cases.py
-
-
-@pytest.fixture(autouse=True)
-def _toys():
-    for file in sorted(TOYS.glob("*.py")):
-        registry.add_file(file)
 
 
 def test_rows_hold_the_known_error_of_every_case(tmp_path):

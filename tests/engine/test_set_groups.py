@@ -144,18 +144,6 @@ def test_a_set_of_a_metrics_own_has_a_group_with_its_values_alone(tmp_path):
     assert [row.cells[0].value for row in of_people.rows] == [1.05]
 
 
-def test_structures_without_any_value_are_a_sentence(tmp_path):
-    few = SetValue(
-        "fid.structure", "body23", 30, 4, reason="fid.structure needs 1024 windows in each set, here 30"
-    )
-    table, shown = groups([store_sets(tmp_path, name, [COMPLETE, few]) for name in "ab"], ["fid.structure"])
-    assert [group.title.split(" as ")[0][-6:] for group in shown] == ["body22"]
-    assert table.hints == (
-        "No values of sets on bodies of these structures: cross body23. "
-        "The first: fid.structure needs 1024 windows in each set, here 30.",
-    )
-
-
 def test_an_unfinished_split_beside_a_finished_one_says_why_it_has_no_value_of_its_set(tmp_path):
     people = SetValue("fid", TWO_LEGS, 316, 43, 1.05, 0.98, 1.12, 0.75, "real", "net")
     place = store_sets(tmp_path, "m", [people])

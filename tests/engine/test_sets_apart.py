@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_plans import asked
+from small_plans import asked, know_toys
 
 from retarget_bench.api import CaseFeatures, CaseInfo
 from retarget_bench.api.comparison import Comparison
@@ -20,14 +20,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.predictions import read_prediction
 
-HERE = Path(__file__).parent
-TOYS = (*sorted((HERE / "toys").glob("*.py")), *sorted((HERE / "set_toys").glob("*.py")))
-
-
-@pytest.fixture(autouse=True)
-def _toys():
-    for file in TOYS:
-        registry.add_file(file)
+pytestmark = pytest.mark.usefixtures("toys")
 
 
 # -------------------------------------------------------------------------------------------------- draws
@@ -105,8 +98,7 @@ def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> 
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory) -> list[store.ResultPaths]:
-    for file in TOYS:
-        registry.add_file(file)
+    know_toys()
     return carry_out(tmp_path_factory.mktemp("apart"), "toy_method", "other_clip")
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_plans import asked
+from small_plans import TOYS, asked
 
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.analysis.summary import split_summaries
@@ -15,19 +15,11 @@ from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner, timing
 from retarget_bench.evaluation.clips import chosen
-from retarget_bench.plugins import registry
 from retarget_bench.results import store
 
-pytestmark = pytest.mark.usefixtures("in_process")
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
-HERE = Path(__file__).parent
 VALUE = "mpjpe_h.world"
-
-
-@pytest.fixture(autouse=True)
-def _toys() -> None:
-    for file in sorted((HERE / "toys").glob("*.py")):
-        registry.add_file(file)
 
 
 def run(root: Path, *methods: str, timed: bool = False, **changes) -> list[store.ResultPaths]:
@@ -149,12 +141,9 @@ def test_results_that_are_not_complete_have_no_times(tmp_path):
 
 
 def test_batches_are_those_of_the_whole_run(tmp_path):
-    for file in sorted((HERE / "batch_toys").glob("*.py")):
-        registry.add_file(file)
-    name = next(e.name for e in registry.names("methods") if "batch" in e.name)
-    run(tmp_path / "some", name, limit=1)
-    run(tmp_path / "some", name)
-    run(tmp_path / "all", name)
+    run(tmp_path / "some", "toy_batches", limit=1)
+    run(tmp_path / "some", "toy_batches")
+    run(tmp_path / "all", "toy_batches")
     assert files(tmp_path / "some") == files(tmp_path / "all")
 
 
@@ -172,8 +161,8 @@ def test_no_clip_at_all_is_refused_by_the_command(tmp_path, capsys):
 
 
 def test_the_commands(tmp_path, capsys):
-    toy = HERE / "toys" / "toy_method.py"
-    common = ("-d", HERE / "toys" / "toy_cases.py", "-s", "cross", "--out", tmp_path, "-j", "1")
+    toy = TOYS / "toy_method.py"
+    common = ("-d", TOYS / "toy_cases.py", "-s", "cross", "--out", tmp_path, "-j", "1")
     output = table(capsys, "run", "--stage", "predict", toy, "--clips", "clip 0", *common)
     assert output.startswith("2 predictions in")
     assert "These are of some clips" in output

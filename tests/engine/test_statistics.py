@@ -314,20 +314,6 @@ def test_equal_methods_are_told_apart_one_time_in_twenty():
     assert 0.04 <= false_alarms(50, EQUALS["one reckless"], 1, FEWER_REPEATS) <= 0.065
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("methods", EQUALS.values(), ids=EQUALS)
-def test_so_it_is_with_more_repeats(methods):
-    """Larger and smaller numbers of clips: ``benchmarks/statistics_calibration.py``."""
-    assert 0.04 <= false_alarms(50, methods, seed=1) <= 0.065
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("clips", [70, 94, 150])
-@pytest.mark.parametrize("methods", EQUALS.values(), ids=EQUALS)
-def test_so_it_is_with_more_clips(clips, methods):
-    assert 0.04 <= false_alarms(clips, methods, seed=clips) <= 0.06
-
-
 def failing(clips: int, repeats: int) -> tuple[np.ndarray, np.ndarray]:
     """p-values of two methods of one mean, one of which fails on 4 % of all clips; whether that shows."""
     random = np.random.default_rng(7)

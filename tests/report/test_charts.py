@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
 
-from retarget_bench.analysis import summary
 from retarget_bench.figures import axis_limits, palette
 from retarget_bench.figures.data import values
 from retarget_bench.figures.palette import COLOURS, CONTROLS, method_style
@@ -171,14 +170,6 @@ def test_names_of_marks_cover_neither_marks_nor_each_other():
 def test_others_lengthen_an_axis_but_not_beyond_what_methods_allow():
     assert axis_limits.top([2.0, 2.0], others=[3.0]) == 3.0
     assert axis_limits.top([2.0, 2.0], others=[3.0, 900.0, math.inf]) == axis_limits.ROOM * 2.0
-
-
-def test_means_are_over_clips_of_means_over_cases():
-    numbers = np.array([[1.0, 3.0, 10.0, math.nan], [math.nan] * 4])
-    clips = np.array([2, 2, 5, 5])
-    first, second = summary.means_over_clips(numbers, clips)
-    assert (first.value, first.n, first.clips) == (6.0, 3, 2)
-    assert second is None
 
 
 @pytest.mark.parametrize(

@@ -117,24 +117,3 @@ def test_cases_that_means_leave_out_are_told_and_common_ones_are_listed(tmp_path
     assert [each.split(":")[0] for each in left_out] == ["c39"]
     page.locator("tfoot .num").first.click()
     assert names(page) == [f"c{k:02}: a to b" for k in range(38, -1, -1)]
-
-
-def test_a_page_of_sets_alone_lists_the_cases(tmp_path, open_page):
-    declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid_structure", "needs": []}
-    place = stored.store(tmp_path / "runs", "cross", "near", [("a>b", f"c{k}", {}) for k in range(3)])
-    set_metrics.write(
-        place, [SetValue("fid.structure", "two_legs", 300, 30, 12.5, 10.0, 50.0, 8.25, "real", "net")]
-    )
-    stored.changed(
-        place,
-        values={},
-        metrics={"fid_structure": "1+aa"},
-        date="2026-01-01",
-        set_values={"fid.structure": declared},
-    )
-    report(tmp_path / "runs", "-o", tmp_path / "r.html", "--clips", "0")
-    page = open_page(tmp_path / "r.html", width=1200)
-    pressed = page.evaluate(EMPTY)
-    assert pressed["numbers"] >= 2
-    assert pressed["nowhere"] == []
-    assert names(page) == [f"c{k}: a to b" for k in range(3)]

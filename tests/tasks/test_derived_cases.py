@@ -137,13 +137,6 @@ def test_uniform_numbers_are_those_of_the_raw_bits():
     assert definitions.uniform(5, 4).tolist() == expected
 
 
-def test_levels_that_are_written_alike_are_one():
-    assert str(task("denoise", levels="1.00000001,1")) == str(task("denoise", levels="1"))
-    assert str(task("joint-completion", levels="0.5,0.50000001")) == str(
-        task("joint-completion", levels="0.5")
-    )
-
-
 def test_asking_fewer_levels_or_motions_leaves_the_others_as_they_are():
     every = {case.info.id: case for case in cases("denoise")}
     few = cases("denoise[levels='5,1',motions=2]")
