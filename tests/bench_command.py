@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -13,14 +14,22 @@ from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
 
 
-@pytest.fixture
-def bench(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
-    """Runs ``bench`` with words and gives exit status, output and errors."""
+class Done(NamedTuple):
+    """Exit status, output and errors of a command."""
 
-    def run(*arguments: object) -> tuple[int, str, str]:
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def bench(capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+    """Runs ``bench`` with words."""
+
+    def run(*arguments: object) -> Done:
         with pytest.raises(SystemExit) as stop:
             cli.main([str(each) for each in arguments])
-        return int(stop.value.code or 0), *capsys.readouterr()
+        return Done(int(stop.value.code or 0), *capsys.readouterr())
 
     return run
 

@@ -24,7 +24,6 @@ from tests.viewing.browser import browser, open_page, tabs  # noqa: F401  (fixtu
 
 LONGEST = (
     "test_testing.py",
-    "engine/test_killed_workers.py",
     "engine/test_run.py",
     "training/test_train_processes.py",
     "test_python_docs.py",

@@ -51,15 +51,6 @@ def test_the_small_figures_bow_is_bowed_by_the_large_one(bench, figures):
     np.testing.assert_allclose(actual.values, expected.values, atol=1e-4)
 
 
-def test_the_default_method_and_another_rate(bench, figures):
-    code, out, err = bench(
-        "retarget", figures["large"], "--target", figures["small"], "-o", "out.bvh", "--fps", 15
-    )
-    assert code == 0, err
-    assert "10 frames of large at 15 per second" in out
-    assert importer.load("out.bvh", Reading(unit="m")).motion.fps == 15
-
-
 def test_a_wrong_rate_is_doubted_and_told_better(bench, figures):
     for file in figures.values():
         file.write_text(re.sub("Frame Time: .*", "Frame Time: 1.0", file.read_text()))

@@ -184,17 +184,6 @@ def test_what_is_drawn_is_what_the_method_says(tmp_path, method, figures):
         assert colours == {image.to_rgba(weight) for weight in attention.largest[frame]}
 
 
-def test_joints_that_no_part_heeds_are_grey(tmp_path, method, figures):
-    from matplotlib.collections import LineCollection
-    from matplotlib.colors import to_rgba
-
-    motion = turning()
-    picture.draw(tmp_path / "out.png", asking.ask(method, motion, "heeds"), motion, [5], "")
-    (bones,) = [each for each in figures[0].axes[0].collections if isinstance(each, LineCollection)]
-    grey = [tuple(colour) == to_rgba(picture.UNSEEN) for colour in bones.get_colors()]
-    assert (len(grey), sum(grey)) == (len(NAMES) - 1, len(NAMES) - 1 - 2)
-
-
 # -------------------------------------------------------------------------------------------- the command
 
 

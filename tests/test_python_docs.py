@@ -7,6 +7,7 @@ import json
 import os
 import re
 from collections.abc import Iterator
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,26 @@ def test_the_notebook_answers_its_five_questions(shown, folder):
     assert written.hierarchy.names == bvh.parse("my_character.bvh").hierarchy.names
     assert written.frames == bvh.parse("my_motion.bvh").frames
     assert (folder / "report.html").stat().st_size > 100_000
+
+
+@pytest.mark.slow
+def test_what_a_notebook_shows_is_rich(shown):
+    for value in shown.values():
+        if value is not None and not isinstance(value, Path | str):
+            assert "<" in (value._repr_html_() if hasattr(value, "_repr_html_") else f"<{value!r}>")
+    table = of(shown, "results.table()")[0]
+    html = table._repr_html_()
+    assert html.count('<table class="results"') == 1  # all splits side by side
+    assert "<script" not in html
+    assert "body {" not in html
+
+
+@pytest.mark.slow
+def test_a_comparison_is_shown_in_lines_that_are_not_broken(shown):
+    (compared,) = of(shown, 'compare("ik"')
+    page = compared._repr_html_()
+    assert page.startswith('<pre style="white-space: pre;')
+    assert unescape(re.sub("<.*?>", "", page)) == str(compared)
 
 
 def test_the_notebook_is_stored_without_output():

@@ -28,11 +28,6 @@ def test_its_two_commands_are_targets_of_the_makefile():
         assert re.search(rf"^{line.split()[1]}:", makefile, re.MULTILINE)
 
 
-def test_the_picture_is_light():
-    (path,) = re.findall(r"!\[[^\]]*\]\(([^)]+)\)", README)
-    assert (ROOT / path).stat().st_size < 300_000
-
-
 def test_there_are_few_pages_of_few_words():
     written = [page for page in PAGES if page.startswith("docs/") and page != GENERATED]
     assert len(written) <= 14

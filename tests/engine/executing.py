@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import random
-import threading
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -47,36 +46,6 @@ def _undated(path: Path) -> bytes:
     facts = json.loads(path.read_text())
     facts.pop("date", None)
     return json.dumps(facts).encode()
-
-
-class Killer:
-    """Kills a random process that this one has started, directly or not, now and then, until it is left.
-
-    names: one of them stands in the line that such a process was started by.
-    """
-
-    def __init__(self, seed: int, *names: str) -> None:
-        self.kills, self._names = 0, names
-        self._moments = random.Random(seed)
-        self._done = threading.Event()
-        self._thread = threading.Thread(target=self._kill)
-
-    def __enter__(self) -> Killer:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._done.set()
-        self._thread.join()
-
-    def _kill(self) -> None:
-        while not self._done.wait(self._moments.uniform(0.2, 2.0)):
-            if family := started(*self._names):
-                try:
-                    self._moments.choice(family).kill()
-                    self.kills += 1
-                except psutil.Error:
-                    pass
 
 
 def started(*names: str) -> list[psutil.Process]:

@@ -18,7 +18,7 @@ from retarget_bench.analysis.summary import split_summaries, split_summary
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import runner
 from retarget_bench.results import rows, store
-from retarget_bench.results.paths import CASES, LARGE, ROWS, ResultPaths
+from retarget_bench.results.paths import LARGE, ResultPaths
 from retarget_bench.results.result_matrix import result_matrices
 from retarget_bench.tables import requested
 from retarget_bench.tables.requested import Request
@@ -122,11 +122,6 @@ def test_a_case_list_of_another_length_is_refused(large):
         changed(path, files={LARGE: store.checksum(path.large)})
     with pytest.raises(FileError, match=r"has 80 rows, and .* lists 79 cases"):
         split_summaries([large[0]])
-
-
-def test_headers_list_what_there_is(text, large):
-    assert list(store.read_header(text[0].header).files) == [ROWS, CASES]
-    assert list(store.read_header(large[0].header).files) == [LARGE, CASES]
 
 
 def test_without_pyarrow_the_way_to_it_is_told_before_anything_is_computed(large, monkeypatch):

@@ -71,12 +71,6 @@ def test_many_refusals_are_one_line(tmp_path):
     assert (failed.status, failed.cases) == ("failed", ("data/a>b/c4",))
 
 
-def test_where_every_method_failed_the_columns_are_there_all_the_same(tmp_path):
-    place = store(tmp_path, "intra", "none", [("a>b", "c1", "failed")])
-    cells = cells_of([place], ["mpjpe_h.world", "ratio"])
-    assert [cell.text for cell in cells["none"]] == [FAILED, FAILED]
-
-
 def test_a_method_that_ran_elsewhere_only_is_told(tmp_path):
     both = [store(tmp_path, split, "both", [("a>b", "c1", WORLD)]) for split in ("intra", "cross")]
     one = store(tmp_path, "cross", "one", [("a>b", "c1", WORLD)])
@@ -133,13 +127,6 @@ def test_columns_that_no_case_has_are_named_below(tmp_path):
     assert [column.id for column in cells["group"].columns] == ["ratio"]
     (sentence,) = cells["group"].below
     assert sentence.startswith("intra: not shown: world")
-
-
-def test_usual_columns_that_only_some_data_know_are_missed_when_asked_for_alone(tmp_path):
-    values = {**VALUES, "touch_gap": VALUES["ratio"] | {"label": "gap", "needs": ["touches"]}}
-    place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", WORLD)]), values=values)
-    assert "gap" not in " ".join(cells_of([place], None)["group"].below)
-    assert "not shown: gap" in " ".join(cells_of([place], ["mpjpe_h.world", "touch_gap"])["group"].below)
 
 
 def test_speed_of_predictions_made_elsewhere_is_not_applicable(tmp_path):

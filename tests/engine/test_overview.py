@@ -5,7 +5,6 @@ import pytest
 from stored import changed, metadata, store
 
 from retarget_bench.analysis import summary
-from retarget_bench.analysis.selection import Selection
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
@@ -93,14 +92,6 @@ def test_where_no_method_answered_all_cases_nobody_is_ranked_and_the_table_says_
     assert note.startswith("cross: no method is ranked by world, since none answered all cases.")
 
 
-def test_a_split_alone_has_n_and_the_same_rows(places):
-    summaries = summary.split_summaries(places, select=Selection())
-    (table,) = builder.tables(summaries)
-    cross = table.groups[0]
-    assert [row.n for row in cross.rows] == ["20", "20", "8/20", "20"]
-    assert [row.label for row in cross.rows] == [row.label for row in only_group(places).rows]
-
-
 def test_few_clips_mark_nobody_and_tell_how_many_would_do(tmp_path):
     for name in range(11):
         numbers = [1.0 + name + n / 100 for n in range(9)]
@@ -141,23 +132,6 @@ def test_bodies_that_are_left_out_are_told(tmp_path):
     other = stored(tmp_path / "people", "self", "m", [1.0] * 3)
     (table,) = requested.tables([*places, other], Request())
     assert table.hints == ("Not shown: four-legged bodies (6 cases, --bodies four-legged).",)
-
-
-@pytest.mark.parametrize("form", ["text", "md", "tex", "html"])
-def test_every_format_says_what_so_few_clips_can_miss(places, form):
-    tables = overview(places)
-    drawn = rendering.text(tables, notes=True) if form == "text" else rendering.RENDERERS[form](tables)
-    assert "20 clips can miss failures on up to 14 % of all clips." in " ".join(drawn.split())
-
-
-def test_floors_are_told_once_for_splits_that_share_a_table(tmp_path):
-    for split in ("self", "cross"):
-        for name in ("a", "b"):
-            place = stored(tmp_path, split, name, [1.0] * 20)
-            with_set(place, 1.0, 0.5, 3.0)
-    drawn = rendering.latex(overview(records.find_results(tmp_path)))
-    lines = [line for line in drawn.splitlines() if line.startswith("% Floor")]
-    assert lines == ["% Floor of FID, that of real motion: cross 1.00, self 1.00."]
 
 
 def test_all_splits_stand_side_by_side_where_they_fit_and_else_below_each_other(places):

@@ -111,15 +111,6 @@ def test_verdicts(tmp_path, apart, better, verdict):
     assert verdict == "open" or pairwise_text.verdict(compared(matrix), one) != "not significant"
 
 
-def test_a_handful_of_clips_never_gives_a_verdict(tmp_path):
-    for name, size in (("one", 1.0), ("two", 2.0)):
-        store(tmp_path, "intra", name, [("a>b", f"c{n}", {"mpjpe_h.world": size + n}) for n in range(5)])
-    (matrix,) = result_matrix.result_matrices(records.find_results(tmp_path))
-    (one,) = compared(matrix).differences
-    assert (one.verdict, one.interval, one.p) == ("few", None, 2 / 2**5)
-    assert (one.won, one.clips_needed) == ((5, 0), 10)
-
-
 def few_clips(root, clips, values):
     """Two methods of which the first is better by 1 in all these values on every clip."""
     for name, size in (("one", 1.0), ("two", 2.0)):
@@ -130,19 +121,24 @@ def few_clips(root, clips, values):
     return compared(matrix, values)
 
 
-@pytest.mark.parametrize("clips", [9, 10])
-def test_too_few_clips_are_told_with_how_many_it_takes(tmp_path, clips):
+@pytest.mark.parametrize(
+    ("clips", "words", "reserve"),
+    [
+        (9, "too few clips", False),
+        (10, "one better on such clips", True),
+        (73, "one better on such clips", True),
+        (74, "one better", False),
+    ],
+)
+def test_from_10_clips_on_there_is_a_verdict_and_from_74_on_without_reserve(
+    tmp_path, clips, words, reserve
+):
     comparison = few_clips(tmp_path, clips, ("mpjpe_h.world",))
-    shown = pairwise_text.text([comparison])
-    assert ("too few clips, needs 10" in shown) == (clips == 9)
-    assert ("one better on such clips" in shown) == (clips == 10)
-
-
-def test_from_74_clips_on_a_verdict_has_no_reserve(tmp_path):
-    for clips, words in ((73, "one better on such clips"), (74, "one better")):
-        comparison = few_clips(tmp_path / str(clips), clips, ("mpjpe_h.world",))
-        assert pairwise_text.verdict(comparison, comparison.differences[0]) == words
-        assert ("can miss failures on up to 4 %" in pairwise_text.text([comparison])) == (clips == 73)
+    (one,) = comparison.differences
+    assert pairwise_text.verdict(comparison, one) == words
+    assert ((one.interval, one.clips_needed) == (None, 10)) == (clips == 9)
+    assert ("too few clips, needs 10" in pairwise_text.text([comparison])) == (clips == 9)
+    assert ("can miss failures on up to" in pairwise_text.text([comparison])) == reserve
 
 
 def test_an_open_verdict_says_about_how_many_clips_would_close_it(tmp_path):

@@ -179,23 +179,6 @@ def test_the_command_prints_the_papers_numbers_where_there_are_no_results(
     assert str(refused.exception) == "there is no folder nowhere"
 
 
-def test_the_command_takes_methods_and_bodies(with_dogs: Path) -> None:
-    def drawn(*words: str) -> str:
-        arguments = ["table", "-r", str(with_dogs), "--paper", "humot-table4", "-f", "csv", *words]
-        result = CliRunner().invoke(commands, arguments)
-        assert result.exit_code == 0, result.output
-        return result.output
-
-    assert '"narrow"' in drawn()
-    assert '"narrow"' not in drawn("-m", "wide")
-    assert '"9"' not in drawn()
-    assert '"9"' in drawn("--bodies", "four-legged")
-    refused = CliRunner().invoke(
-        commands, ["table", "-r", str(with_dogs), "--paper", "pan-table3", "--bodies", "people"]
-    )
-    assert "leave --bodies" in str(refused.exception)
-
-
 def test_ours_stand_under_the_rows_that_they_are_trained_for(tmp_path: Path) -> None:
     store(tmp_path, "intra", "one", all_of(PEOPLE, 0.123456))
     store(tmp_path, "intra", "two", all_of(PEOPLE[:4], 0.2) | all_of(PEOPLE[4:], "failed"))

@@ -9,7 +9,6 @@ from retarget_bench.analysis.selection import Selection
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
 from retarget_bench.figures.data import rows
-from retarget_bench.report import chapters
 from retarget_bench.results import result_matrix
 from retarget_bench.results import store as records
 from retarget_bench.tables import builder
@@ -80,32 +79,6 @@ def test_variants_of_the_card_step_back_where_the_method_itself_is_there(tmp_pat
     assert variant in labels(places, variants=True)
     assert labels(places[1:]) == [variant, "copy_rotations[root_rule=hips]"]
     assert labels(places, methods=(variant,)) == [variant]
-
-
-def test_they_step_back_in_results_of_two_folders_too(tmp_path):
-    variant = "copy_rotations[root_rule=none]"
-    method = {"name": "copy_rotations", "label": variant, "parameters": {"root_rule": "none"}}
-    places = []
-    for folder in ("one", "two"):
-        places += [stored(tmp_path / folder, "copy_rotations"), stored(tmp_path / folder, "v", **method)]
-    shown = labels(places)
-    assert len(shown) == 2
-    assert all(each.startswith("copy_rotations (") for each in shown)
-    assert len(labels(places, variants=True)) == 4
-
-
-def test_a_report_leaves_them_out_unless_they_are_asked_for(tmp_path):
-    variant = "copy_rotations[root_rule=none]"
-    stored(tmp_path, "copy_rotations")
-    stored(tmp_path, "v", name="copy_rotations", label=variant, parameters={"root_rule": "none"})
-
-    def shown(table):
-        return {row.label for row in table.groups[0].rows}
-
-    for options in ({}, {"variants": True}, {"methods": [variant]}):
-        chapter = chapters.chapters([tmp_path], **options)[0]
-        assert (variant in shown(chapter.tables[0])) == bool(options)
-        assert (variant in chapter.splits[0].section.rankings[VALUE].order) == bool(options)
 
 
 def answered(places, **choice):

@@ -104,12 +104,6 @@ def test_they_are_shown_when_asked_for_and_pointed_at_otherwise(tmp_path):
     assert set_metrics.read(places[0]) == [COMPLETE]
 
 
-def test_of_several_seeds_the_first_is_told(tmp_path):
-    place = changed(store_sets(tmp_path, "m", [COMPLETE]), seeds=[0, 1, 2])
-    _, (group,) = groups([place], ["fid.structure"])
-    assert group.rows[0].cells[0].reason == "of the first of its 3 seeds"
-
-
 def test_csv_names_the_structure(tmp_path):
     table, _ = groups([store_sets(tmp_path, "m", [COMPLETE])], ["mpjpe_h.world", "fid.structure"])
     lines = list(csv.DictReader(io.StringIO(rendering.comma_separated([table]))))
@@ -158,15 +152,3 @@ def test_an_unfinished_split_beside_a_finished_one_says_why_it_has_no_value_of_i
     _, shown = groups_of([complete, begun], ["mpjpe_h.world", "fid"])
     sentences = [sentence for group in shown for sentence in group.below]
     assert "intra: not shown: FID (computed of all cases, once they are done)" in sentences
-
-
-def test_columns_without_any_number_leave_no_legend(tmp_path):
-    few = SetValue(
-        "fid.structure", "body23", 30, 4, reason="fid.structure needs 1024 windows in each set, here 30"
-    )
-    table, shown = groups([store_sets(tmp_path, "one", [few])], ["fid.structure"])
-    text = rendering.text([table])
-    assert not shown
-    assert "here 30" in text
-    assert "number of cases" not in text
-    assert "Means" not in text

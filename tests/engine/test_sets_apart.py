@@ -77,19 +77,6 @@ def test_answers_decide_nothing_about_the_draw():
     assert draw.draw_apart(answers, infos, moved, real_infos).hash != drawn.hash
 
 
-def test_answers_are_drawn_evenly_over_the_sources_speed(monkeypatch):
-    """Fast windows are rare among the sources; of those drawn, they are not."""
-    monkeypatch.setattr(draw, "MOST", 60)
-    answers, infos, real, real_infos = corpus(clips=40, windows=20)
-    fast = {}
-    for key, each in answers.items():
-        speed = np.where(np.arange(20) % 10 == 0, 0.9, 0.1).astype(np.float32)
-        fast[key] = replace(each, generated=speed[:, None].repeat(3, 1), speed=speed)
-    drawn = draw.draw_apart(fast, infos, real, real_infos)
-    assert drawn.n == 60
-    assert (drawn.generated[0].features[:, 0] > 0.5).mean() == pytest.approx(0.5)
-
-
 # --------------------------------------------------------------------------------------------- whole runs
 def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> list[store.ResultPaths]:
     changes = {"splits": ("cross",), "metrics": ("position", "toy_sets"), **changes}

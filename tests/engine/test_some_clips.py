@@ -12,7 +12,6 @@ from retarget_bench.analysis.selection import Selection
 from retarget_bench.analysis.summary import split_summaries
 from retarget_bench.api import CaseInfo
 from retarget_bench.cli import main
-from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner, timing
 from retarget_bench.evaluation.clips import chosen
 from retarget_bench.results import store
@@ -145,19 +144,6 @@ def test_batches_are_those_of_the_whole_run(tmp_path):
     run(tmp_path / "some", "toy_batches")
     run(tmp_path / "all", "toy_batches")
     assert files(tmp_path / "some") == files(tmp_path / "all")
-
-
-def test_a_pattern_that_fits_no_clip_is_an_error(tmp_path):
-    with pytest.raises(BenchError, match=r"no clip fits 'walk\*'; there are clip 0, clip 1, .*"):
-        run(tmp_path, clips=("clip 1", "walk*"))
-
-
-def test_no_clip_at_all_is_refused_by_the_command(tmp_path, capsys):
-    """Not taken for all of them."""
-    with pytest.raises(SystemExit) as stop:
-        main(["run", "ik", "--clips", ",", "--out", str(tmp_path)])
-    assert stop.value.code == 2
-    assert "clips: ',' names nothing; leave it out for all" in capsys.readouterr().err
 
 
 def test_the_commands(tmp_path, capsys):

@@ -138,16 +138,6 @@ def test_squares_and_kinds_are_means_over_clips(results, tags):
         assert number == pytest.approx(np.mean(errors), abs=0.5 * 10.0**-split.digits)
 
 
-def test_the_worst_cases_stand_first_behind_a_mark(results, tags):
-    lists = [
-        each["data-worst"].split() for _, each in tags.tags if each.get("data-what", "").startswith("error")
-    ]
-    assert lists
-    for each in lists:
-        numbers = [float(pair.split(":")[1]) for pair in each]
-        assert numbers == sorted(numbers, reverse=True)
-
-
 def test_tables_are_those_of_bench_table(results, tags):
     rows = [each["data-row"] for tag, each in tags.tags if tag == "tr" and "data-row" in each]
     assert rows.count(LABEL) == 3

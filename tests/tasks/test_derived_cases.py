@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.tasks import canonical, definitions
 from retarget_bench.evaluation.tasks.definitions import MAJOR_ROLES
@@ -177,13 +177,6 @@ def test_hostile_levels_are_told(name, levels, words):
 def test_hostile_tasks_are_told(task, words):
     with pytest.raises(BenchError, match=words):
         plan.data_of(bound.dataset(Spec.parse("toy_people")), task)
-
-
-def test_a_derived_data_set_has_one_task_and_split():
-    derived = plan.data_of(bound.dataset(Spec.parse("toy_people")), "denoise")
-    for task, split in (("retarget", "self"), ("denoise", "intra")):
-        with pytest.raises(NotSupported, match="has the task denoise and the split self alone"):
-            derived.cases(task, split)
 
 
 def test_usual_parameters_are_left_out_and_others_written_one_way():

@@ -11,7 +11,7 @@ import pytest
 from retarget_bench.api import Case, Context
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation import predict, runner, timing
+from retarget_bench.evaluation import predict, runner
 from retarget_bench.evaluation.plan import data_of
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.limits import Limits, check_file
@@ -150,13 +150,6 @@ def test_points_and_skins_arrive_to_the_last_bit(tmp_path, case):
     assert np.array_equal(again.vertices, skin.vertices)
 
 
-def test_a_mesh_arrives_as_it_is(tmp_path, case):
-    mesh = case.target.mesh
-    again = files.read_mesh(files.write_mesh(tmp_path, "mesh", mesh))
-    for name in ("vertices", "faces", "weights", "pose"):
-        assert np.array_equal(getattr(again, name), getattr(mesh, name))
-
-
 def test_a_stored_skin_is_what_was_scored(tmp_path, case):
     skin = predict.as_scored(
         case.target.surface(case.target.mesh.skinned(case.reference), case.reference.fps)
@@ -280,10 +273,3 @@ def test_controls_take_part_and_methods_for_skeletons_do_not(tmp_path, case):
         method, case, predict.context_for(method, data_of(bound.dataset(PUPPETS), "points"), case, 0)
     )
     assert np.array_equal(answer.prediction.rotations, case.reference.rotations)
-
-
-def test_methods_are_timed_on_points(tmp_path):
-    plan = asked(tmp_path, "rest_skin", data="few_puppets", splits=("self",), task="points")
-    (place,) = runner.run(plan, lambda done, total: None, timed=True)
-    (time,) = timing.read(place)
-    assert (time.case, time.frames > 0) == ("puppets/ada>ada/walk-001", True)
