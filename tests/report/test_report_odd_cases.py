@@ -1,4 +1,4 @@
-"""Answers that failed, are positions only or none; one frame, 200 joints, a dog: in reports, in pictures."""
+"""Answers that failed, are positions only or none; one frame, 200 joints, a dog: in reports, pictures."""
 
 from __future__ import annotations
 
