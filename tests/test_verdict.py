@@ -94,15 +94,6 @@ def test_right_answers_of_other_bodies_have_nothing_to_look_at(every):
     assert judged == dict.fromkeys(judged, ())
 
 
-@pytest.mark.parametrize("name", [WALK, KICK])
-def test_a_motion_beside_itself_has_nothing_to_look_at(name):
-    source, result = solved(name)
-    for motion in (source, result):
-        judged = verdict(motion, motion.copy())
-        assert (judged.defects, judged.undriven) == ((), ())
-        assert judged.text() == "nothing to look at"
-
-
 def test_real_motion_held_by_ik_is_not_drowned_and_a_copy_slides(real_data):
     """LAFAN1's dance on a Mixamo character: ``ik`` holds its feet, and in copied poses they slide."""
     dance = importer.load(real_data / "lafan1/dance1_subject1.bvh").motion.at(slice(600))

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from stored import VALUES, changed, store
+from stored import VALUES, changed, store, unchecked
 
 from retarget_bench.analysis import summary
 from retarget_bench.cli import group
@@ -105,3 +105,10 @@ def test_what_cannot_be_shown_is_told(results, changes, words, message):
     result = CliRunner().invoke(group, ["table", "-r", str(results), *words])
     assert isinstance(result.exception, BenchError)
     assert message in str(result.exception)
+
+
+def test_points_without_a_number_for_a_name_come_last(results):
+    unchecked(results)
+    for place in records.find_results(results):
+        place.rows.write_text(place.rows.read_text().replace(",growth,3,", ",growth,late,"))
+    assert list(lines(results, "--columns", "growth"))[-1] == "late"

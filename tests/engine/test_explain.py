@@ -186,3 +186,15 @@ def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, out = table("--columns", "mpjpe")
     assert code == 2
     assert "no protocol 'mpjpe'" in out
+
+
+def test_one_protocol_alone_has_no_factor(tmp_path: Path) -> None:
+    results(tmp_path, "intra", INTRA)
+    with pytest.raises(BenchError, match="name another beside metres"):
+        protocol_factors.chosen(explained(tmp_path), ("metres", "metres"), every=False)
+
+
+def test_seeds_are_told_apart(tmp_path: Path) -> None:
+    learned = replace(header("mine", [], "intra").method, stochastic=True)
+    results(tmp_path, "intra", INTRA, method=learned, seeds=(3,))
+    assert explained(tmp_path).method == "mine, seed 3"

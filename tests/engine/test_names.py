@@ -181,3 +181,9 @@ def test_a_chart_of_a_value_of_sets_is_refused_by_a_sentence(tmp_path):
 )
 def test_metrics_are_found_by_the_labels_of_their_values(text, expected):
     assert plans.metric_names([text]) == expected
+
+
+def test_info_about_nothing_suggests_methods_and_values():
+    messages = [str(CliRunner().invoke(info, [text]).exception) for text in ("humott", "foot skatin")]
+    assert "did you mean humot" in messages[0]
+    assert "did you mean foot_slide (foot skating)" in messages[1]

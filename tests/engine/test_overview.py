@@ -161,3 +161,20 @@ def test_structures_without_values_of_sets_share_one_note(tmp_path):
         "No values of sets on bodies of these structures: cross s, cross t, self s, self t. "
         "The first: fid.structure needs more on s."
     ]
+
+
+@pytest.mark.parametrize("form", ["text", "md", "tex", "html"])
+def test_every_format_says_what_so_few_clips_can_miss(places, form):
+    tables = overview(places)
+    drawn = rendering.text(tables, notes=True) if form == "text" else rendering.RENDERERS[form](tables)
+    assert "20 clips can miss failures on up to 14 % of all clips." in " ".join(drawn.split())
+
+
+def test_floors_are_told_once_for_splits_that_share_a_table(tmp_path):
+    for split in ("self", "cross"):
+        for name in ("a", "b"):
+            place = stored(tmp_path, split, name, [1.0] * 20)
+            with_set(place, 1.0, 0.5, 3.0)
+    drawn = rendering.latex(overview(records.find_results(tmp_path)))
+    lines = [line for line in drawn.splitlines() if line.startswith("% Floor")]
+    assert lines == ["% Floor of FID, that of real motion: cross 1.00, self 1.00."]

@@ -81,15 +81,6 @@ def test_p_values_are_corrected_for_the_values_compared(tmp_path):
     assert small.adjusted > small.p
 
 
-def test_ratios_are_compared_by_their_factor_from_the_goal(tmp_path):
-    below, above = np.full(2 * CLIPS, 0.5), np.full(2 * CLIPS, 1.9)
-    matrix = both(tmp_path, {"ratio": below}, {"ratio": above})
-    (one,) = compared(matrix).differences
-    assert (one.first, one.second) == pytest.approx((0.5, 1.9))
-    assert one.difference == pytest.approx(np.log(2) - np.log(1.9))
-    assert one.verdict == "second"
-
-
 @pytest.mark.parametrize(
     ("apart", "better", "verdict"),
     [
@@ -261,25 +252,6 @@ def test_python_pools_self_pairs_as_the_command_does(tmp_path):
 def test_mistakes_are_told_in_a_sentence(runs, words, message):
     with pytest.raises(BenchError, match=message):
         bench(*words, "--results", runs)
-
-
-@pytest.mark.parametrize("width", [80, 100, 150])
-def test_text_is_no_wider_than_asked_and_has_all_numbers(tmp_path, width):
-    random = np.random.default_rng(4)
-    values = {key: random.gamma(2, 1, 2 * CLIPS) for key in ("mpjpe_h.world", "ratio")}
-    name = "copied[root_rule=reference,heading=source]"
-    store(tmp_path, "intra", "one", numbers(values))
-    store(tmp_path, "intra", "two", numbers({key: 3 * each for key, each in values.items()}), label=name)
-    (matrix,) = result_matrix.result_matrices(records.find_results(tmp_path))
-    both = pairwise.compare(matrix, *matrix.rows, ["mpjpe_h.world", "ratio"])
-    shown = pairwise_text.text([both], width)
-    assert max(map(len, shown.splitlines())) <= width
-    assert "world ↓" in shown
-    assert "mpjpe_h" not in shown
-    for one in both.differences:
-        assert f"{one.first:.2f}" in shown
-        assert f"{one.won[0]}:{one.won[1]}" in shown
-    assert f"{both.first} better on such clips" in " ".join(shown.split())
 
 
 def test_values_left_out_are_named_with_the_reason(tmp_path):

@@ -76,29 +76,6 @@ def test_a_whole_run_goes_on_from_one_of_some_clips(tmp_path):
     assert files(tmp_path / "some") == files(tmp_path / "all")
 
 
-def test_numbers_are_over_the_clips_that_are_there(tmp_path):
-    places = run(tmp_path, "toy_method", "copy_rotations", clips=("clip 1", "clip 3"))
-    (split_summary,) = split_summaries(places, select=Selection())
-    assert (split_summary.so_far, split_summary.clip_count) == ("2 of 5 clips so far", 2)
-    assert {(score.ok, score.asked) for score in split_summary.scores} == {(4, 4)}
-    complete = run(tmp_path / "whole", "toy_method", "copy_rotations")
-    (over_all,) = split_summaries(complete)
-    one, other = (each.scores[0].means[VALUE] for each in (split_summary, over_all))
-    assert (one.n, other.n) == (4, 10)
-
-
-def test_a_table_is_over_the_clips_that_all_of_its_methods_have(tmp_path):
-    places = [*run(tmp_path, "copy_rotations"), *run(tmp_path, limit=1)]
-    (split_summary,) = split_summaries(places, select=Selection())
-    assert {score.label: score.ok for score in split_summary.scores} == {
-        "copy_rotations": 2,
-        "toy_method": 2,
-    }
-    assert split_summary.so_far == "1 of 5 clips so far of toy_method"
-    (alone,) = split_summaries(places, select=Selection(("copy_rotations",)))
-    assert (alone.so_far, alone.scores[0].ok) == ("", 10)
-
-
 def test_a_published_table_is_over_the_clips_that_are_there_and_says_so(tmp_path, capsys):
     run(tmp_path, "copy_rotations", splits=("cross",), limit=2)
     assert "- cross: 2 of 5 clips so far" in table(

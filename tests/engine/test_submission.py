@@ -229,3 +229,9 @@ def test_paper_and_licence_are_copied_from_the_card(tmp_path: Path) -> None:
     assert bench("run", str(plugin), *options) == 0
     card = read(filled_in(make(tmp_path / "made", runs, "licensed_method")))
     assert (card.paper, card.licence, card.authors) == ("Toys, 2026", "MIT", ["A. Author"])
+
+
+def test_a_method_is_found_however_it_is_written(tmp_path: Path, runs: Path) -> None:
+    folder = make(tmp_path / "one", runs, "Copy rotations[root_rule=hip_height]")
+    headers = [store.read_header(place.header) for place in store.find_results(folder)]
+    assert {header.method.label for header in headers} == {"copy_rotations"}

@@ -234,3 +234,9 @@ def test_predictions_made_elsewhere_are_scored_again(tmp_path):
     place = store(tmp_path, "intra", "m", NUMBERS, origin="predictions made elsewhere")
     (origin,) = table_of([place]).provenance
     assert origin.command == "bench score FOLDER"
+
+
+def test_columns_unknown_to_every_result_are_refused(tmp_path):
+    place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
+    with pytest.raises(BenchError, match="no result has a value 'mpjpe'"):
+        builder.tables(summary.split_summaries([place]), ["mpjpe"])

@@ -177,3 +177,9 @@ def test_progress_is_lines_on_a_terminal_without_a_size(monkeypatch):
             tell(4, 4)
     assert os.read(master, 1000).decode().startswith("bench run ik: 4 of 4 answers")
     os.close(master)
+
+
+def test_speed_is_no_column_of_a_breakdown(results):
+    result = CliRunner().invoke(group, ["table", "-r", str(results), "--by", "clip", "--columns", "fps"])
+    assert result.exit_code != 0
+    assert "fps has no number per clip" in str(result.exception) + result.output
