@@ -179,8 +179,8 @@ def test_modules_do_not_import_each_other_in_a_circle():
     assert not left
 
 
-WORDS = set(
-    [
+WORDS = {
+    *(
         "cmu",
         "contact",
         "contact_speed",
@@ -191,20 +191,10 @@ WORDS = set(
         "ground",
         "growth",
         "identity",
-        "mixamo",
-        "paired",
-        "papers",
-        "position",
-        "reference",
-        "restoration",
-        "rotation",
-        "same",
-        "skin",
-        "slide",
-        "smoothness",
-        "touch",
-    ]
-)
+    ),
+    *("mixamo", "paired", "papers", "position", "reference", "restoration", "rotation", "same", "skin"),
+    *("slide", "smoothness", "touch"),
+}
 """Names of plug-ins that are words of the field, or ids of values, as well."""
 
 
