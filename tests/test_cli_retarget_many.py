@@ -13,7 +13,6 @@ from PIL import Image
 from retarget_bench.commands import retarget
 from retarget_bench.commands.retargeting import batch
 from retarget_bench.motion import bvh, importer
-from retarget_bench.parallel import Done
 from retarget_bench.plugins import registry
 from tests.bench_command import bowing
 from tests.in_process import carried_out_here
@@ -148,18 +147,6 @@ def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
     assert not left.exists()
     assert other.exists()
     assert len(Path("out", batch.RECORDS).read_text().splitlines()) == 2
-
-
-def test_a_job_that_no_process_answers_costs_its_own_line(bench, folders, monkeypatch):
-    def died(function, payloads, jobs):
-        for answer in carried_out_here(function, payloads, jobs):
-            yield answer if answer.number else Done(0, error="the worker process died")
-
-    monkeypatch.setattr(batch, "carried_out", died)
-    code, out, err = bench("retarget", MOCAP, "--target", "bodies/large.bvh", "-o", "out", *COPY)
-    assert code == 2
-    assert "out/back.bvh was not made: the worker process died" in err
-    assert "1 retargeted, 0 up to date, 1 failed" in out
 
 
 def test_names_that_meet_are_kept_apart_by_their_folders(bench, folders):

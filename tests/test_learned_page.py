@@ -79,11 +79,6 @@ def answered(method: Any, source: Motion, target: Motion) -> Motion:
     return method.retarget(source, target.character, context=Context())
 
 
-def test_the_page_leads_to_the_example() -> None:
-    assert f"]({EXAMPLE.relative_to(EXAMPLE.parents[1]).as_posix()})" in PAGE
-    assert len(EXAMPLE.read_text(encoding="utf-8").splitlines()) < 150
-
-
 def test_it_learns_what_a_resting_pose_does_not_know(pair, trained) -> None:
     source, right = pair
     module, losses = trained

@@ -82,12 +82,6 @@ class Says:
         return {key: value for key, value in self.said.items() if value is not None}
 
 
-def test_what_a_method_says_is_what_is_given():
-    attention = asking.ask(Says(), turning(), "says")
-    assert (attention.parts, attention.joints.tolist(), attention.note) == (("all",), [0, 1], "")
-    assert (attention.largest == 0.5).all()
-
-
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -256,3 +250,9 @@ def test_what_cannot_be_shown_is_a_sentence(method, tmp_path, monkeypatch, bench
     assert code == 2
     assert words in err
     assert [each.name for each in tmp_path.iterdir()] == ["in"]
+
+
+def test_frames_that_are_drawn_unasked():
+    assert picture.spread(31) == [0, 8, 15, 22, 30]
+    assert picture.spread(1) == [0]
+    assert picture.spread(2) == [0, 1]

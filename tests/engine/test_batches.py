@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from small_plans import asked, carry_out
 
 from retarget_bench.api import CaseInfo
-from retarget_bench.evaluation import batches, plan, runner
+from retarget_bench.evaluation import batches, plan
 from retarget_bench.plugins import registry
 from retarget_bench.results import store
 from retarget_bench.training import validate
@@ -132,12 +132,6 @@ def test_an_interrupt_is_told_and_ends_a_validation(monkeypatch, where):
     with pytest.raises(KeyboardInterrupt):
         judge(torch.nn.ModuleDict(), method)
     assert pressed
-
-
-def test_progress_counts_answers(tmp_path):
-    progress = []
-    runner.run(asked(tmp_path, "toy_batches", clips=10), lambda done, total: progress.append((done, total)))
-    assert progress == [(0, 20), (10, 20), (20, 20)]
 
 
 def test_what_is_missing_of_a_batch_is_made_by_the_whole_batch_and_stored_alone(tmp_path):

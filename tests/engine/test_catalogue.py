@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from retarget_bench.motion.bvh import catalogue as module
-from retarget_bench.motion.bvh.catalogue import bvh_files, catalogue, contents, fingerprint, inspect
+from retarget_bench.motion.bvh.catalogue import bvh_files, catalogue, contents, fingerprint, inspect, some
 
 GOOD = """HIERARCHY
 ROOT Hips
@@ -137,3 +137,8 @@ def test_listing_leaves_out_hidden_and_other_files(tmp_path):
     (tmp_path / "d.bvh").mkdir()
     assert list(bvh_files(tmp_path)) == ["a", "b"]
     assert contents(tmp_path) == "a.BVH, b.bvh, c.fbx, d.bvh"
+
+
+def test_long_lists_are_cut():
+    assert some(["a", "b", "c"], 2) == "a, b and 1 more"
+    assert some(["a", "b"], 2) == "a, b"

@@ -112,3 +112,8 @@ def test_points_without_a_number_for_a_name_come_last(results):
     for place in records.find_results(results):
         place.rows.write_text(place.rows.read_text().replace(",growth,3,", ",growth,late,"))
     assert list(lines(results, "--columns", "growth"))[-1] == "late"
+
+
+def test_first_sight_and_all_show_no_curve(results):
+    for words in ([], ["--all"]):
+        assert "over time" not in bench(results, *words)

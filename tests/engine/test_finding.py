@@ -95,3 +95,12 @@ def test_too_few_clips_for_marks_and_splits_of_a_data_sets_own_name_nobody_wrong
     stored(tmp_path / "own", "good", 1.0, split="stairs")
     stored(tmp_path / "own", "bad", 2.0, split="stairs")
     assert said(tmp_path / "own") == "On stairs good is best by world."
+
+
+def test_a_breakdown_and_a_split_alone_have_none(tmp_path):
+    for number, name in enumerate(("one", "two"), 1):
+        stored(tmp_path, name, float(number))
+    places = records.find_results(tmp_path)
+    for request in (Request(by="pair"), Request(splits=("cross",))):
+        (table,) = requested.tables(places, request)
+        assert table.finding == ""

@@ -129,9 +129,3 @@ def test_without_pyarrow_the_way_to_it_is_told_before_anything_is_computed(large
     for ask in (lambda: split_summaries(large), lambda: running(large[0], 1)):
         with pytest.raises(BenchError, match=r"pip install 'retarget-bench\[store\]'"):
             ask()
-
-
-def test_a_file_of_others_is_refused(tmp_path):
-    pyarrow.parquet.write_table(pyarrow.table({"case": ["a"], "b": ["c"]}), tmp_path / "x.parquet")
-    with pytest.raises(FileError, match="cannot be read"):
-        rows.read_large(tmp_path / "x.parquet", ["a"])["b", ""]

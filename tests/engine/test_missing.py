@@ -121,14 +121,6 @@ def test_values_that_pool_self_pairs_say_why_they_are_missing(tmp_path):
     assert (cell.text, "self split" in cell.reason) == (NOT_RUN, True)
 
 
-def test_columns_that_no_case_has_are_named_below(tmp_path):
-    place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", {"ratio": 1.0})]), values=needing())
-    cells = cells_of([place], ["ratio", "mpjpe_h.world"])
-    assert [column.id for column in cells["group"].columns] == ["ratio"]
-    (sentence,) = cells["group"].below
-    assert sentence.startswith("intra: not shown: world")
-
-
 def test_speed_of_predictions_made_elsewhere_is_not_applicable(tmp_path):
     timed = store(tmp_path, "intra", "timed", [("a>b", "c1", WORLD)])
     timing.write(timed, [timing.Time("x", 100, 2.0, 1.0)])
@@ -210,3 +202,10 @@ def test_self_pairs_have_a_line_only_for_values_that_count_them(tmp_path):
     lines = {group.subject: [row.label for row in group.ranked] for group in table.groups}
     assert lines == {"mpjpe_h.world": ["a>b"], "pooled": ["a>a", "a>b"]}
     assert [row.cells[0].value for row in table.groups[1].ranked] == [0.0, 4.0]
+
+
+def test_usual_columns_that_only_some_data_know_are_missed_when_asked_for_alone(tmp_path):
+    values = {**VALUES, "touch_gap": VALUES["ratio"] | {"label": "gap", "needs": ["touches"]}}
+    place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", WORLD)]), values=values)
+    assert "gap" not in " ".join(cells_of([place], None)["group"].below)
+    assert "not shown: gap" in " ".join(cells_of([place], ["mpjpe_h.world", "touch_gap"])["group"].below)

@@ -5,6 +5,7 @@ from click.testing import CliRunner
 from stored import VALUES, changed, store
 
 from retarget_bench.commands import plot
+from retarget_bench.commands.check import Options, _criteria
 from retarget_bench.commands.plugins import info
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
@@ -137,12 +138,6 @@ def test_methods_are_found_however_they_are_written(written, meant):
     assert registry.spelled(written, ("methods",)) == meant
 
 
-def test_a_canonical_spec_has_the_name_of_the_plug_in():
-    spec = registry.canonical("methods", "Copy_Rotations[root_rule=none]")
-    assert str(spec) == "copy_rotations[root_rule=none]"
-    assert registry.kinds_of("FID") == ["metrics"]
-
-
 @pytest.mark.parametrize(
     ("text", "first"),
     [
@@ -187,3 +182,12 @@ def test_info_about_nothing_suggests_methods_and_values():
     messages = [str(CliRunner().invoke(info, [text]).exception) for text in ("humott", "foot skatin")]
     assert "did you mean humot" in messages[0]
     assert "did you mean foot_slide (foot skating)" in messages[1]
+
+
+def test_check_watches_the_contact_recall_of_the_table():
+    """The line of docs/check.md."""
+    limits = ("2%", "contact recall=1%, contact F1, by speed=3%")
+    criteria = _criteria(Options(columns="mpjpe,contact recall", worse_only=True, tolerance=limits))
+    assert criteria.values == {"mpjpe_h.world", "contact_recall"}
+    shares = {key: each.relative for key, each in criteria.tolerances.items()}
+    assert shares == {"": 0.02, "contact_recall": 0.01, "contact_f1.speed": 0.03}

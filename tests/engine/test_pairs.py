@@ -11,6 +11,7 @@ from scipy.optimize import lsq_linear
 from small_plans import asked, carry_out
 from toys.toy_cases import OFFSETS, PARENTS
 
+from retarget_bench import defaults
 from retarget_bench.analysis.summary import split_summaries
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner, waiting
@@ -219,3 +220,13 @@ def test_tables_say_what_scales_root_paths_and_how_many_clips_fits_are_of(tmp_pa
 def table_of(root: Path) -> Table:
     (table,) = tables(split_summaries(store.find_results(root)))
     return table
+
+
+def test_tables_without_fits_name_rules_on_the_clips_of_papers_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    carry_out(tmp_path, "copy_rotations", clips=2, metrics=METRICS)
+    assert not any("root paths" in line for line in table_of(tmp_path).groups[0].below)
+    monkeypatch.setattr(defaults, "PAPERS_DATASET", "toy_cases")
+    (first, *_) = table_of(tmp_path).groups[0].below
+    assert first == "Rule that scales root paths: hip_height for all."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from types import MappingProxyType
 
 import numpy as np
@@ -9,13 +10,13 @@ import pytest
 from small_plans import asked, carry_out
 
 from retarget_bench.analysis import summary
-from retarget_bench.api import MethodCard
+from retarget_bench.api import Context, MethodCard
 from retarget_bench.api.optional import takes_batches
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan as plans
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.post_processors import Composed
-from retarget_bench.results import store
+from retarget_bench.results import predictions, store
 
 pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
@@ -190,3 +191,19 @@ def test_only_methods_are_followed_by_anything():
         registry.create("datasets", "toy_cases+toy_post")
     with pytest.raises(BenchError, match="post-processors follow a method, and this is a metric"):
         registry.create("metrics", "position+toy_post")
+
+
+def test_a_folder_made_elsewhere_may_be_called_so(tmp_path):
+    folder = tmp_path / "theirs"
+    folder.mkdir()
+    data = registry.create("datasets", "toy_cases")
+    for info in data.cases("retarget", "intra"):
+        answer = registry.create("methods", "toy_method").retarget(
+            data.load(info).source, data.load(info).target, context=Context()
+        )
+        predictions.write_prediction(folder / f"{store.case_file(info.id)}.npz", answer, "")
+    (results,) = carry_out(tmp_path, "pan+their_own[n=2]", stage="score", external=folder)
+    header = json.loads(results.paths.header.read_text())
+    assert header["counts"]["ok"] == 6
+    assert header["method"]["label"] == "pan+their_own[n=2]"
+    assert header["method"]["posts"] == [{"name": "their_own", "parameters": {"n": 2}}]

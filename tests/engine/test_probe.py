@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +19,7 @@ from retarget_bench.plugins.registry import create
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.verification.probe import report
-from retarget_bench.verification.probe.asking import NOT_ASKED, ask, dependence, plain, spread
+from retarget_bench.verification.probe.asking import NOT_ASKED, ask, dependence, spread
 from retarget_bench.verification.probe.probes import PROBES, deviation
 
 pytestmark = pytest.mark.usefixtures("in_process")
@@ -279,10 +278,3 @@ def test_cases_are_spread_evenly() -> None:
     infos = [CaseInfo(str(k), "retarget", "intra", "a", "b", "c") for k in range(100)]
     chosen = spread({"intra": infos, "cross": infos[:1]}, 6)
     assert [info.id for info in chosen] == ["16", "50", "83", "0"]
-
-
-def test_a_question_at_another_rate_is_asked_at_thirty(subjects: list[Case]) -> None:
-    motion = subjects[0].source.resample(60.0)
-    question = plain(replace(subjects[0], source=motion))
-    assert isinstance(question, Case)
-    assert question.source.fps == 30.0

@@ -154,17 +154,6 @@ def test_our_numbers_land_in_the_papers_columns(tmp_path: Path) -> None:
     assert "do not compare" in warning
 
 
-def test_a_case_under_several_seeds_is_one_case(tmp_path: Path) -> None:
-    pairs = [("BigVegas>Goblin_m", "a"), ("BigVegas>Goblin_m", "b")]
-    for seed, numbers in enumerate([(0.1, 0.2), (0.3, 0.6)]):
-        file = f"mine.seed-{seed}" if seed else "mine"
-        store(tmp_path, "mine", "cross", dict(zip(pairs, numbers, strict=True)), file, seeds=[seed])
-    (row,) = rows_of("humot-table5", tmp_path)
-    cell = row.cells["B → G"]
-    assert (cell.value, cell.n, cell.clips) == (pytest.approx(0.3), 2, 2)
-    assert cell.text == f"0.3000 ±{np.std([0.2, 0.4]):.4f}"
-
-
 def test_other_data_only_fill_columns_that_take_any_pair(tmp_path: Path) -> None:
     data = {"name": "folder", "label": "folder"}
     store(tmp_path, "mine", "intra", {("Goblin_m>Mousey_m", "a"): 0.1}, dataset=data)

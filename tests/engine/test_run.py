@@ -17,7 +17,6 @@ from small_plans import TOYS, asked, carry_out
 from retarget_bench import files
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner
-from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, journal, predictions, store
 
@@ -146,12 +145,6 @@ def test_what_cannot_be_stored_stops_the_run_and_blames_no_method(tmp_path):
     assert results.header.counts.ok == 6
 
 
-def test_results_where_no_folder_can_be(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(BenchError, match="file"):
-        carry_out(tmp_path / "file", "toy_method")
-
-
 def test_no_case_at_all_is_an_error_with_the_data_sets_notes(tmp_path):
     empty = replace(asked(tmp_path, "toy_method"), datasets=(Spec.parse("toy_cases[clips=0]"),))
     with pytest.raises(BenchError, match=r"there is no case in intra\. toy_cases: "):
@@ -270,11 +263,6 @@ def test_a_key_is_pinned():
     assert (
         files.facts_digest(facts) == files.facts_digest(dict(reversed(facts.items()))) == "88d4b6a8b920a97f"
     )
-
-
-def test_where_the_data_lie_is_no_part_of_their_name(tmp_path):
-    assert bound.dataset(Spec.parse("toy_cases")).slug == "toy_cases"
-    assert bound.dataset(Spec.parse("toy_cases[clips=4]")).slug.startswith("toy_cases-")
 
 
 def test_a_run_leaves_what_tables_need_to_show_it_before_it_is_done(tmp_path):

@@ -9,6 +9,7 @@ from retarget_bench.analysis.selection import Selection
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
 from retarget_bench.figures.data import rows
+from retarget_bench.report import chapters
 from retarget_bench.results import result_matrix
 from retarget_bench.results import store as records
 from retarget_bench.tables import builder
@@ -49,11 +50,6 @@ def test_who_answers_all_people_is_ranked_among_them(tmp_path):
     assert summary.split_summaries(places)[0].scores[1].unranked == "answered 2 of 4"
     assert sections(places)["people"].scores[1].unranked == ""
     assert sections(places)["people"].rankings[VALUE].order == ("people_only", "all")
-
-
-def test_results_without_bodies_are_one_group(tmp_path):
-    place = store(tmp_path, "cross", "m", [("ann>bo", "c1", {VALUE: 1.0})])
-    assert list(sections([place])) == [""]
 
 
 def test_methods_are_chosen_by_label_in_any_case_and_controls_stay(tmp_path):
@@ -164,3 +160,17 @@ def test_a_control_that_is_asked_for_comes_without_the_others(tmp_path):
     assert labels(places, methods=("right",)) == ["right"]
     assert labels(places, methods=("m", "right")) == ["m", "right"]
     assert labels(places, methods=("m",)) == ["m", "still", "right"]
+
+
+def test_a_report_leaves_them_out_unless_they_are_asked_for(tmp_path):
+    variant = "copy_rotations[root_rule=none]"
+    stored(tmp_path, "copy_rotations")
+    stored(tmp_path, "v", name="copy_rotations", label=variant, parameters={"root_rule": "none"})
+
+    def shown(table):
+        return {row.label for row in table.groups[0].rows}
+
+    for options in ({}, {"variants": True}, {"methods": [variant]}):
+        chapter = chapters.chapters([tmp_path], **options)[0]
+        assert (variant in shown(chapter.tables[0])) == bool(options)
+        assert (variant in chapter.splits[0].section.rankings[VALUE].order) == bool(options)

@@ -1,7 +1,5 @@
 """Values of whole sets in tables: their floor, their n, and when they may not stand beside each other."""
 
-import csv
-import io
 from dataclasses import replace
 
 import pytest
@@ -104,14 +102,6 @@ def test_they_are_shown_when_asked_for_and_pointed_at_otherwise(tmp_path):
     assert set_metrics.read(places[0]) == [COMPLETE]
 
 
-def test_csv_names_the_structure(tmp_path):
-    table, _ = groups([store_sets(tmp_path, "m", [COMPLETE])], ["mpjpe_h.world", "fid.structure"])
-    lines = list(csv.DictReader(io.StringIO(rendering.comma_separated([table]))))
-    assert [(row["structure"], row["method"], row["fid.structure"]) for row in lines] == [
-        ("", "m", ""), ("body22", "m", "12.5"),
-    ]  # fmt: skip
-
-
 @pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
 def test_every_renderer_says_what_n_counts(tmp_path, form):
     table, _ = groups([store_sets(tmp_path, "m", [COMPLETE])], ["fid.structure"])
@@ -152,3 +142,9 @@ def test_an_unfinished_split_beside_a_finished_one_says_why_it_has_no_value_of_i
     _, shown = groups_of([complete, begun], ["mpjpe_h.world", "fid"])
     sentences = [sentence for group in shown for sentence in group.below]
     assert "intra: not shown: FID (computed of all cases, once they are done)" in sentences
+
+
+def test_of_several_seeds_the_first_is_told(tmp_path):
+    place = changed(store_sets(tmp_path, "m", [COMPLETE]), seeds=[0, 1, 2])
+    _, (group,) = groups([place], ["fid.structure"])
+    assert group.rows[0].cells[0].reason == "of the first of its 3 seeds"

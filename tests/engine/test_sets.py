@@ -255,13 +255,6 @@ def test_cases_that_failed_are_in_no_set(tmp_path):
     assert set_metrics.read(place)[0].n == 12  # of 16 cases, half were answered
 
 
-def test_below_ten_clips_there_is_no_interval(tmp_path):
-    (place,) = carry_out(tmp_path, "toy_method", clips=6)
-    gap, _ = set_metrics.read(place)
-    assert gap.value is not None
-    assert (gap.low, gap.high) == (None, None)
-
-
 def test_the_network_is_part_of_the_key(tmp_path):
     one = carry_out(tmp_path, "toy_method", clips=2)[0]
     before = store.read_header(one.header).keys

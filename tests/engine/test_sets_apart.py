@@ -13,7 +13,7 @@ from retarget_bench.api import CaseFeatures, CaseInfo
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.evaluation import runner, set_metrics
 from retarget_bench.evaluation.predict import context_for
-from retarget_bench.evaluation.set_metrics import draw, values
+from retarget_bench.evaluation.set_metrics import draw
 from retarget_bench.evaluation.set_metrics.files import NO_REFERENCE, collect
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
@@ -144,13 +144,6 @@ def test_kinds_stand_apart_and_structures_without_real_motion_say_so(finished):
     assert by_value["toy_gap", "small", ""].reason == (
         "the data set has no real motion of bodies of structure small in this part"
     )
-
-
-def test_files_name_the_kind_and_headers_the_legs(finished):
-    place = finished[0]
-    head = place.sets.read_text().splitlines()[0]
-    assert head == ",".join(values.FIELDS)
-    assert store.read_header(place.header).four_legged == ()
 
 
 def test_other_clip_takes_real_motion_of_the_target(finished):

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_plans import TOYS, asked
+from small_plans import asked
 
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.analysis.summary import split_summaries
@@ -121,20 +121,3 @@ def test_batches_are_those_of_the_whole_run(tmp_path):
     run(tmp_path / "some", "toy_batches")
     run(tmp_path / "all", "toy_batches")
     assert files(tmp_path / "some") == files(tmp_path / "all")
-
-
-def test_the_commands(tmp_path, capsys):
-    toy = TOYS / "toy_method.py"
-    common = ("-d", TOYS / "toy_cases.py", "-s", "cross", "--out", tmp_path, "-j", "1")
-    output = table(capsys, "run", "--stage", "predict", toy, "--clips", "clip 0", *common)
-    assert output.startswith("2 predictions in")
-    assert "These are of some clips" in output
-    for stage in ("score", "run"):
-        output = table(
-            capsys, "run", "--stage", stage, "toy_method", "--metrics", "position", "--limit", "1", *common
-        )
-        assert "cross: 1 of 3 clips so far." in output
-        assert "A run without --clips and --limit does the rest" in output
-    assert "cross: 1 of 3 clips so far." in table(capsys, "table", "-r", tmp_path)
-    output = table(capsys, "run", "toy_method", "--metrics", "position", *common)
-    assert "so far" not in output

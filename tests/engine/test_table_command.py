@@ -183,3 +183,15 @@ def test_speed_is_no_column_of_a_breakdown(results):
     result = CliRunner().invoke(group, ["table", "-r", str(results), "--by", "clip", "--columns", "fps"])
     assert result.exit_code != 0
     assert "fps has no number per clip" in str(result.exception) + result.output
+
+
+def test_a_name_without_an_ending_is_text(results, tmp_path):
+    bench(results, "-o", tmp_path / "table")
+    assert (tmp_path / "table").read_text(encoding="utf-8") == bench(results)
+
+
+def test_an_ending_that_a_command_does_not_write_is_refused(results, tmp_path):
+    words = ["compare", "one", "two", "--results", str(results), "-o", str(tmp_path / "c.html")]
+    result = CliRunner().invoke(group, words)
+    assert "c.html is to be html; there are text, md, csv" in str(result.exception)
+    assert not (tmp_path / "c.html").exists()

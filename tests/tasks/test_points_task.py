@@ -121,16 +121,6 @@ def test_bodies_without_meshes_have_no_case():
         derive(registry.create("datasets", PUPPETS), Spec("points", {"levels": "3"}))
 
 
-def test_point_sets_are_looked_at():
-    body = unknown_body("who")
-    with pytest.raises(BenchError, match="frame 1: points must be"):
-        PointSets(body, (np.zeros((4, 3)), np.zeros((0, 3))), 30.0)
-    with pytest.raises(BenchError, match="frame 0: points are not finite"):
-        PointSets(body, (np.full((4, 3), np.nan),), 30.0)
-    with pytest.raises(BenchError, match="no skeleton"):
-        PointSets(bound.dataset(PUPPETS).built.characters()["ada"], (np.zeros((4, 3)),), 30.0)
-
-
 # ------------------------------------------------------------------------------------------------- files
 def test_points_and_skins_arrive_to_the_last_bit(tmp_path, case):
     ragged = PointSets(
