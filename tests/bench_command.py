@@ -1,4 +1,4 @@
-"""The command in this process, and two figures whose motions it is given."""
+"""The command in this process, two figures whose motions it is given, and methods in files."""
 
 from __future__ import annotations
 
@@ -41,3 +41,11 @@ def bowing(folder: Path) -> dict[str, Motion]:
     registry.add_file(file)
     data = registry.create("datasets", "bows[frames=20]")
     return {info.source: data.load(info).source for info in data.cases("retarget", "self")[:2]}
+
+
+def method_file(folder: Path, name: str, answer: str) -> Path:
+    """The template of a method as a file, with a last line of ``source``, ``target``, ``copied``."""
+    text, usual = plugin_source("method", name), "return target.motion(copied.rotations, root, source.fps)"
+    assert usual in text
+    (folder / f"{name}.py").write_text(text.replace(usual, answer))
+    return folder / f"{name}.py"

@@ -89,27 +89,18 @@ def test_an_interrupt_is_a_sentence_and_status_130(bench, monkeypatch, command, 
     assert "Traceback" not in result.err
 
 
-SLOW = '''"""Sleeps while it is imported."""
+SLEEPS = """
 import os, pathlib, time
-from retarget_bench.api import MethodCard
 
 if ("RETARGET_BENCH_WORKER" not in os.environ) == {here}:
     pathlib.Path("here").touch()
     time.sleep(60)
-
-
-class plugin:
-    card = MethodCard(name="slow", summary="sleeps", version="1")
-
-    def supports(self, source, target): ...
-
-    def retarget(self, source, target, *, context): ...
-'''
+"""
 
 
 def sleeping_run(folder: Path, bows: Sequence[str], here: bool) -> subprocess.Popen[str]:
     """A run that sleeps, in the command or in a worker; its temporary files are in ``folder / "tmp"``."""
-    (folder / "slow.py").write_text(SLOW.format(here=here))
+    (folder / "slow.py").write_text(plugin_source("method", "slow") + SLEEPS.format(here=here))
     (folder / "tmp").mkdir()
     line = [sys.executable, "-m", "retarget_bench", "run", "slow.py"]
     process = subprocess.Popen(

@@ -17,6 +17,7 @@ from retarget_bench.cli import main
 from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.plugins import registry
+from tests.bench_command import method_file
 from tests.engine import stored
 from tests.in_process import without_processes
 from tests.viewing.small_runs import bvh_file
@@ -24,22 +25,7 @@ from tests.viewing.small_runs import bvh_file
 ROOT = Path(__file__).parents[1]
 TOYS = ROOT / "tests" / "engine" / "toys"
 FILES = [TOYS / "toy_cases.py", TOYS / "toy_method.py"]
-OWN_METHOD = """
-from retarget_bench.api import MethodCard
-
-
-class Mine:
-    card = MethodCard(name="mine", summary="moved by a step", version="1")
-
-    def supports(self, source, target):
-        return None
-
-    def retarget(self, source, target, *, context):
-        return target.motion(source.rotations, source.root + {step}, source.fps)
-
-
-plugin = Mine
-"""
+MOVED = "return target.motion(source.rotations, source.root + {step}, source.fps)"
 
 
 @pytest.fixture(autouse=True)
@@ -316,17 +302,16 @@ def test_a_run_of_some_clips_is_that_of_the_command(results, capsys):
 
 
 def test_a_method_file_that_changes_in_a_session_is_run_anew():
-    file = Path("mine.py")
     errors = []
     for step in (0.0, 0.5, 0.5):
-        file.write_text(f'"""Mine."""\n{OWN_METHOD.format(step=step)}')
+        method_file(Path(), "mine", MOVED.format(step=step))
         rows = run("mine.py", splits="intra").rows
         errors.append(rows[rows.value_id == "mpjpe_h.world"].value.mean())
     assert errors[1] == errors[2] > 10 * errors[0]
 
 
 def test_a_method_may_be_named_by_its_module_or_class_but_not_be_an_object(monkeypatch):
-    Path("mine.py").write_text(f'"""Mine."""\n{OWN_METHOD.format(step=0.0)}')
+    method_file(Path(), "mine", MOVED.format(step=0.0))
     monkeypatch.syspath_prepend(".")
     import mine  # type: ignore[import-not-found]
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from stored import changed, store
+from stored import FID, changed, store, with_sets
 
 from retarget_bench.analysis import summary
 from retarget_bench.api import TWO_LEGS
@@ -12,21 +12,12 @@ from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.tables import builder, rendering
 from retarget_bench.tables.model import NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
 
-FID = {
-    "label": "FID", "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
-    "meaning": "how unlike real motion", "tolerance": 1e-2, "formula": "", "needs": [],
-    "metric": "fid_structure",
-}  # fmt: skip
 COMPLETE = SetValue("fid.structure", "body22", 300, 30, 12.5, 10.0, 15.0, 8.25, "real", "net")
 
 
-def store_sets(root, name, values, date="2026-01-01", metrics="1+aa", declared=True):
+def store_sets(root, name, values, metrics="1+aa", **changes):
     place = store(root, "cross", name, [("a>b", "c1", {"mpjpe_h.world": 1.0})])
-    set_metrics.write(place, values)
-    declared_values = {"set_values": {"fid.structure": FID}} if declared else {}
-    return changed(
-        place, metrics={"fid_structure": metrics} if declared else {}, date=date, **declared_values
-    )
+    return with_sets(place, values, metrics={"fid_structure": metrics}, **changes)
 
 
 def groups(places, columns):
@@ -78,7 +69,7 @@ def test_what_was_measured_otherwise_stays_out_or_says_so(tmp_path):
         store_sets(
             tmp_path, "small", value(value=None, reason="fid.structure needs 1024 windows, here 300")
         ),
-        store_sets(tmp_path, "without", [], declared=False),
+        changed(store_sets(tmp_path, "without", []), metrics={}, set_values={}),
     ]
     table, (group,) = groups(places, ["fid.structure"])
     cells = {row.label: row.cells[0] for row in group.rows}

@@ -172,3 +172,16 @@ def test_data_without_real_motion_say_why_there_is_no_value():
     assert members["toy_sets"].reason == NO_REFERENCE
     assert not faults
     assert collect([metric], loaded, answer, elsewhere=True)[0]["toy_sets"].features is not None
+
+
+def test_answers_are_drawn_evenly_over_the_sources_speed(monkeypatch):
+    """Fast windows are rare among the sources; of those drawn, they are not."""
+    monkeypatch.setattr(draw, "MOST", 60)
+    answers, infos, real, real_infos = corpus(clips=40, windows=20)
+    fast = {}
+    for key, each in answers.items():
+        speed = np.where(np.arange(20) % 10 == 0, 0.9, 0.1).astype(np.float32)
+        fast[key] = replace(each, generated=speed[:, None].repeat(3, 1), speed=speed)
+    drawn = draw.draw_apart(fast, infos, real, real_infos)
+    assert drawn.n == 60
+    assert (drawn.generated[0].features[:, 0] > 0.5).mean() == pytest.approx(0.5)
