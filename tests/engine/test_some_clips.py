@@ -18,8 +18,6 @@ from retarget_bench.results import store
 
 pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
-VALUE = "mpjpe_h.world"
-
 
 def run(root: Path, *methods: str, timed: bool = False, **changes) -> list[store.ResultPaths]:
     limits = {name: changes.pop(name) for name in ("clips", "limit") if name in changes}

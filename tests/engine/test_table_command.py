@@ -2,8 +2,6 @@
 
 import os
 import pty
-import re
-from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -20,7 +18,6 @@ from retarget_bench.python import progress
 from retarget_bench.results import store as records
 from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
 
-TOYS = Path(__file__).parent / "toys"
 FORMATS = [each for each in declared(Options)["format"].choices if each]
 
 
@@ -82,12 +79,6 @@ def test_a_task_that_there_is_not_is_told(results):
         group, ["table", "-r", str(results), "--task", "upsamle"], standalone_mode=False
     )
     assert "there is no task 'upsamle'; results are of retarget, reconstruct" in str(result.exception)
-
-
-@pytest.mark.parametrize("words", [["-r", "nowhere"], ["-d", "other"]])
-def test_what_was_asked_for_and_is_not_there_is_told(results, words):
-    result = CliRunner().invoke(group, ["table", "-r", str(results), *words])
-    assert re.search("no results (in nowhere|of other in)", str(result.exception))
 
 
 @pytest.mark.parametrize("form", FORMATS)
