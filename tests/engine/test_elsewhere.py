@@ -1,5 +1,6 @@
 """Scoring motions that somebody else produced, as .npz or .bvh."""
 
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -231,3 +232,13 @@ def test_doubts_stand_in_the_header_and_below_the_table(tmp_path, folder, cases)
     assert f"theirs gave odd answers to some cases (intra {len(cases)}): {doubt.message}" in short
     assert "Z up, not Y" in doubt.message
     assert "theirs doubted on" in " ".join(text(tables, notes=True).split())
+
+
+def test_an_archive_that_unpacks_to_more_than_any_motion_is_not_read(tmp_path, cases):
+    path = tmp_path / "bomb.npz"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("positions.npy", b"")
+        archive.infolist()[0].file_size = 5_000_000_000
+    assert path.stat().st_size < 1000
+    with pytest.raises(FileError, match="unpacks to 5,000,000,000 bytes, more than"):
+        predictions.read_prediction(path, cases[0].target, 30.0)
