@@ -286,3 +286,9 @@ def test_a_run_leaves_what_tables_need_to_show_it_before_it_is_done(tmp_path):
     assert all(entries == ok and ok + missing == count for entries, ok, missing, count in counts)
     assert store.find_results(tmp_path) == [place]
     assert place.complete
+
+
+def test_results_where_no_folder_can_be(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BenchError, match="file"):
+        carry_out(tmp_path / "file", "toy_method")

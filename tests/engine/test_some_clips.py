@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_plans import asked
+from small_plans import TOYS, asked
 
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.analysis.summary import split_summaries
@@ -119,3 +119,17 @@ def test_batches_are_those_of_the_whole_run(tmp_path):
     run(tmp_path / "some", "toy_batches")
     run(tmp_path / "all", "toy_batches")
     assert files(tmp_path / "some") == files(tmp_path / "all")
+
+
+def test_stages_of_some_clips_say_so(tmp_path, capsys):
+    common = ("-d", TOYS / "toy_cases.py", "-s", "cross", "--out", tmp_path, "-j", "1")
+    output = table(
+        capsys, "run", "--stage", "predict", TOYS / "toy_method.py", "--clips", "clip 0", *common
+    )
+    assert output.startswith("2 predictions in")
+    assert "These are of some clips" in output
+    output = table(
+        capsys, "run", "--stage", "score", "toy_method", "--metrics", "position", "--limit", "1", *common
+    )
+    assert "cross: 1 of 3 clips so far." in output
+    assert "A run without --clips and --limit does the rest" in output

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from retarget_bench.errors import BenchError, SkeletonError
+from retarget_bench.errors import BenchError, NotSupported, SkeletonError
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.tasks import canonical, definitions
 from retarget_bench.evaluation.tasks.definitions import MAJOR_ROLES, reduced
@@ -231,3 +231,10 @@ def test_all_joints_are_the_body_itself():
 def test_joints_that_there_are_not_are_told(joints):
     with pytest.raises(SkeletonError, match="keep at least one, each once"):
         reduced(BODY, joints)
+
+
+def test_a_derived_data_set_has_one_task_and_split():
+    derived = plan.data_of(bound.dataset(Spec.parse("toy_people")), "denoise")
+    for task, split in (("retarget", "self"), ("denoise", "intra")):
+        with pytest.raises(NotSupported, match="has the task denoise and the split self alone"):
+            derived.cases(task, split)

@@ -263,3 +263,20 @@ def test_controls_take_part_and_methods_for_skeletons_do_not(tmp_path, case):
         method, case, predict.context_for(method, data_of(bound.dataset(PUPPETS), "points"), case, 0)
     )
     assert np.array_equal(answer.prediction.rotations, case.reference.rotations)
+
+
+def test_point_sets_are_looked_at():
+    body = unknown_body("who")
+    with pytest.raises(BenchError, match="frame 1: points must be"):
+        PointSets(body, (np.zeros((4, 3)), np.zeros((0, 3))), 30.0)
+    with pytest.raises(BenchError, match="frame 0: points are not finite"):
+        PointSets(body, (np.full((4, 3), np.nan),), 30.0)
+    with pytest.raises(BenchError, match="no skeleton"):
+        PointSets(bound.dataset(PUPPETS).built.characters()["ada"], (np.zeros((4, 3)),), 30.0)
+
+
+def test_a_mesh_arrives_as_it_is(tmp_path, case):
+    mesh = case.target.mesh
+    again = files.read_mesh(files.write_mesh(tmp_path, "mesh", mesh))
+    for name in ("vertices", "faces", "weights", "pose"):
+        assert np.array_equal(getattr(again, name), getattr(mesh, name))
