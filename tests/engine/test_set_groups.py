@@ -1,5 +1,7 @@
 """Values of whole sets in tables: their floor, their n, and when they may not stand beside each other."""
 
+import csv
+import io
 from dataclasses import replace
 
 import pytest
@@ -139,3 +141,11 @@ def test_of_several_seeds_the_first_is_told(tmp_path):
     place = changed(store_sets(tmp_path, "m", [COMPLETE]), seeds=[0, 1, 2])
     _, (group,) = groups([place], ["fid.structure"])
     assert group.rows[0].cells[0].reason == "of the first of its 3 seeds"
+
+
+def test_csv_names_the_structure(tmp_path):
+    table, _ = groups([store_sets(tmp_path, "m", [COMPLETE])], ["mpjpe_h.world", "fid.structure"])
+    lines = list(csv.DictReader(io.StringIO(rendering.comma_separated([table]))))
+    assert [(row["structure"], row["method"], row["fid.structure"]) for row in lines] == [
+        ("", "m", ""), ("body22", "m", "12.5"),
+    ]  # fmt: skip
