@@ -256,3 +256,9 @@ def test_frames_that_are_drawn_unasked():
     assert picture.spread(31) == [0, 8, 15, 22, 30]
     assert picture.spread(1) == [0]
     assert picture.spread(2) == [0, 1]
+
+
+def test_what_a_method_says_is_what_is_given():
+    attention = asking.ask(Says(), turning(), "says")
+    assert (attention.parts, attention.joints.tolist(), attention.note) == (("all",), [0, 1], "")
+    assert (attention.largest == 0.5).all()

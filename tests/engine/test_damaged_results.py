@@ -14,11 +14,12 @@ from stored import unchecked
 
 from retarget_bench.analysis.summary import split_summaries
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation import runner
+from retarget_bench.evaluation import runner, set_metrics
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.evaluation.shard_work import ShardWork
 from retarget_bench.files import LOCK, locked
 from retarget_bench.results import case_metadata, store
-from retarget_bench.results.paths import ARRAYS, CASES, ROWS
+from retarget_bench.results.paths import ARRAYS, CASES, ROWS, SETS
 
 pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
@@ -111,3 +112,15 @@ def test_the_lock_of_a_killed_process_is_none(tmp_path):
     with locked(path, "busy"):
         pass
     assert not path.exists()
+
+
+@pytest.mark.parametrize("harm", [cut, Path.unlink])
+def test_values_of_sets_are_checked_too(tmp_path, harm):
+    numbers = [("a>b", "c", {"mpjpe_h.world": 1.0})]
+    place = made_up(tmp_path, "intra", "m", numbers)
+    set_metrics.write(place, [SetValue("fid.structure", "s", 5, 5, value=1.0)])
+    made_up(tmp_path, "intra", "m", numbers)
+    assert SETS in store.read_header(place.header).files
+    harm(place.sets)
+    with pytest.raises(FileError, match=r"m\.sets\.csv"):
+        split_summaries([place])
