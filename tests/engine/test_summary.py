@@ -7,6 +7,7 @@ import pytest
 from stored import store
 
 from retarget_bench.analysis import statistics, summary
+from retarget_bench.analysis.breakdown import breakdown
 from retarget_bench.results import result_matrix
 from retarget_bench.results import store as records
 from retarget_bench.tables import builder
@@ -165,3 +166,17 @@ def test_nobody_is_ranked_by_what_references_break_themselves(tmp_path, hard, br
     assert bool(sentences) != ranked
     assert ranked or "beyond what it allows in 8 % of the cases" in sentences[0]
     assert not any(cell.mark for row in group.rows for cell in row.cells) or ranked
+
+
+@pytest.mark.parametrize(("broken", "ranked"), [(1, True), (2, False)])
+def test_nor_by_its_curve(tmp_path, hard, broken, ranked):
+    for name, worse in (("one", 1.0), ("two", 2.0)):
+        entries = [
+            ("a>b", clip, {"curve": {"1": float(worse * number)}, "ratio": 100.0 if n < broken else 0.0})
+            for n, (clip, number) in enumerate(zip(CLIPS, hard, strict=True))
+        ]
+        store(tmp_path, "intra", name, entries)
+    (matrix,) = result_matrix.result_matrices(records.find_results(tmp_path))
+    matrix.values["curve"] = replace(matrix.values["curve"], doubt="ratio")
+    (part,) = breakdown(matrix, "threshold")
+    assert ("curve" in summary.split_summary(part).rankings) == ranked
