@@ -292,9 +292,3 @@ def test_results_where_no_folder_can_be(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(BenchError, match="file"):
         carry_out(tmp_path / "file", "toy_method")
-
-
-def test_a_method_that_writes_to_its_input_changes_nobody_elses_rows(tmp_path):
-    (alone,) = carry_out(tmp_path / "a", "toy_method")
-    _, beside = carry_out(tmp_path / "b", "toy_method[does=overwrite]", "toy_method")
-    assert alone.paths.rows.read_bytes() == beside.paths.rows.read_bytes()
