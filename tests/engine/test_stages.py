@@ -98,3 +98,12 @@ def test_weights_of_a_stage_go_by_what_they_hold(folder: Path) -> None:
     assert bound.method(shipped).known_as == bound.method(shipped).located == shipped
     assert bound.method(specs[0]).located.parameters == {"stage": str(folder / "here")}
     assert bound.method(bound.method(specs[0]).located).located == bound.method(specs[0]).located
+
+
+@pytest.mark.parametrize(
+    ("method", "stages"), [("correspondence_free", {"skr", "smrm", "skin"}), ("skin", {"skr"})]
+)
+def test_shipped_methods_have_the_stages_that_they_ask(method: str, stages: set[str]) -> None:
+    built = registry.create("methods", method)
+    assert set(built.stages) == stages
+    assert set(built.stages) <= set(built.card.parameters)
