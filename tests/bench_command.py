@@ -1,9 +1,10 @@
-"""The command in this process, and two figures whose motions it is given."""
+"""The command in this process, two figures whose motions it is given, and methods in files."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -13,14 +14,22 @@ from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
 
 
-@pytest.fixture
-def bench(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
-    """Runs ``bench`` with words and gives exit status, output and errors."""
+class Done(NamedTuple):
+    """Exit status, output and errors of a command."""
 
-    def run(*arguments: object) -> tuple[int, str, str]:
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def bench(capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+    """Runs ``bench`` with words."""
+
+    def run(*arguments: object) -> Done:
         with pytest.raises(SystemExit) as stop:
             cli.main([str(each) for each in arguments])
-        return int(stop.value.code or 0), *capsys.readouterr()
+        return Done(int(stop.value.code or 0), *capsys.readouterr())
 
     return run
 
@@ -32,3 +41,11 @@ def bowing(folder: Path) -> dict[str, Motion]:
     registry.add_file(file)
     data = registry.create("datasets", "bows[frames=20]")
     return {info.source: data.load(info).source for info in data.cases("retarget", "self")[:2]}
+
+
+def method_file(folder: Path, name: str, answer: str) -> Path:
+    """The template of a method as a file, with a last line of ``source``, ``target``, ``copied``."""
+    text, usual = plugin_source("method", name), "return target.motion(copied.rotations, root, source.fps)"
+    assert usual in text
+    (folder / f"{name}.py").write_text(text.replace(usual, answer))
+    return folder / f"{name}.py"

@@ -24,7 +24,6 @@ from tests.viewing.browser import browser, open_page, tabs  # noqa: F401  (fixtu
 
 LONGEST = (
     "test_testing.py",
-    "engine/test_killed_workers.py",
     "engine/test_run.py",
     "training/test_train_processes.py",
     "test_python_docs.py",
@@ -48,19 +47,6 @@ LONGEST = (
     "methods/test_on_a_gpu.py",
     "engine/test_assets.py",
     "methods/test_nkn.py",
-    "viewing/test_player.py",
-    "engine/test_check_red.py",
-    "metrics/test_fid.py",
-    "test_plugins.py",
-    "test_python.py",
-    "methods/test_skin.py",
-    "motion/test_fit.py",
-    "engine/test_plot_kinds.py",
-    "engine/test_statistics.py",
-    "methods/test_footfix.py",
-    "test_cli.py",
-    "datasets/test_mixamo_real.py",
-    "motion/test_bvh_real.py",
 )
 """Files that begin: a worker that were given one of them last would end alone."""
 

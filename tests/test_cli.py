@@ -38,22 +38,6 @@ def bows(tmp_path) -> list[str]:
     return ["-d", "bows.py"]
 
 
-class Done:
-    def __init__(self, code: int, out: str, err: str) -> None:
-        self.code, self.out, self.err = code, out, err
-
-
-@pytest.fixture
-def bench(capsys):
-    def run(*arguments: str) -> Done:
-        with pytest.raises(SystemExit) as stop:
-            cli.main(list(arguments))
-        out, err = capsys.readouterr()
-        return Done(int(stop.value.code or 0), out, err)
-
-    return run
-
-
 def test_help_names_every_command_with_the_line_of_its_own_help(bench):
     result = bench("--help")
     assert result.code == 0
@@ -105,27 +89,18 @@ def test_an_interrupt_is_a_sentence_and_status_130(bench, monkeypatch, command, 
     assert "Traceback" not in result.err
 
 
-SLOW = '''"""Sleeps while it is imported."""
+SLEEPS = """
 import os, pathlib, time
-from retarget_bench.api import MethodCard
 
 if ("RETARGET_BENCH_WORKER" not in os.environ) == {here}:
     pathlib.Path("here").touch()
     time.sleep(60)
-
-
-class plugin:
-    card = MethodCard(name="slow", summary="sleeps", version="1")
-
-    def supports(self, source, target): ...
-
-    def retarget(self, source, target, *, context): ...
-'''
+"""
 
 
 def sleeping_run(folder: Path, bows: Sequence[str], here: bool) -> subprocess.Popen[str]:
     """A run that sleeps, in the command or in a worker; its temporary files are in ``folder / "tmp"``."""
-    (folder / "slow.py").write_text(SLOW.format(here=here))
+    (folder / "slow.py").write_text(plugin_source("method", "slow") + SLEEPS.format(here=here))
     (folder / "tmp").mkdir()
     line = [sys.executable, "-m", "retarget_bench", "run", "slow.py"]
     process = subprocess.Popen(
@@ -279,17 +254,17 @@ def test_exported_cases_hold_inputs_and_no_reference(bench, bows):
     assert len(files) == 1 + 2 * (4 + 2)  # the manifest; 2 figures x 2 clips, and 2 figures, twice each
 
 
-def test_predictions_made_from_an_export_are_scored(bench, bows):
-    assert bench("export", "--questions", "bows.py[frames=12]", "out").code == 0
-    manifest = json.loads(Path("out/manifest.json").read_text())
-    for case in manifest["cases"]:
+def test_predictions_made_from_an_export_are_scored_on_its_split_alone(bench, bows):
+    assert bench("export", "--questions", "bows.py[frames=12]", "out", "-s", "intra").code == 0
+    for case in json.loads(Path("out/manifest.json").read_text())["cases"]:
         source = np.load(f"out/{case['source_file']}.npz")
         root = np.tile([[0.0, 0.5, 0.0]], (case["frames"], 1))
         np.savez(f"out/{case['prediction']}.npz", rotations=source["rotations"], root=root)
     result = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-j", "1")
     assert result.code == 0, result.err
     assert "theirs" in result.out
-    (rows,) = Path("runs").rglob("intra/theirs.csv")
+    (rows,) = Path("runs").rglob("theirs.csv")
+    assert rows.parent.name == "intra"
     cells = [line.split(",") for line in rows.read_text().splitlines()]
     hips = {row[0]: float(row[-1]) for row in cells if "root_path.vertical" in row}
     data = registry.create("datasets", "bows[frames=12]")
@@ -297,16 +272,6 @@ def test_predictions_made_from_an_export_are_scored(bench, bows):
         case = data.load(info)
         off = abs(float(case.reference.root[0, 1]) - 0.5)
         assert hips[info.id] == pytest.approx(100 * off / case.target.height, rel=1e-5)
-
-
-def test_an_export_of_one_split_is_scored_on_that_one_alone(bench, bows):
-    assert bench("export", "--questions", "bows.py[frames=12]", "out", "-s", "intra").code == 0
-    for case in json.loads(Path("out/manifest.json").read_text())["cases"]:
-        source = np.load(f"out/{case['source_file']}.npz")
-        np.savez(f"out/{case['prediction']}.npz", rotations=source["rotations"], root=source["root"])
-    result = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-j", "1")
-    assert result.code == 0, result.err
-    assert [path.parent.name for path in Path("runs").rglob("theirs.json")] == ["intra"]
     result = bench("score", "out", "--name", "theirs", "--metrics", "position", *bows, "-s", "cross,self")
     assert result.code == 2
     assert "manifest.json lists no case of cross or self; there are those of intra" in result.err

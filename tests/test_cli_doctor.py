@@ -174,10 +174,3 @@ def test_where_a_reading_cannot_be_saved_is_said_before_it_is_read(bench, words,
     code, out, err = bench("doctor", *words)
     assert (code, out) == (2, "")
     assert message in err
-
-
-def test_the_help_of_the_doctor_lists_all_that_can_be_said(bench):
-    code, out, _ = bench("doctor", "--help")
-    assert code == 0
-    for name in ("unit:", "root_place:", "inner_positions:", "body_model:", "reading:"):
-        assert name in out

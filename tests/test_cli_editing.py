@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import re
-import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import retarget_bench as rb
-from retarget_bench.errors import BenchError
 from retarget_bench.motion import bvh
-from retarget_bench.motion.editing import start
 from tests.motion.editing_bodies import body, fingers, gait
 
 
@@ -70,22 +67,6 @@ def test_the_doctor_says_it_too(bench, files):
     assert "In front of the motion the first frame is in a T-pose, and joints are 5." in out
     assert "--start cut, or --start ease" in out
     assert "--start" not in bench("doctor", metres(files["walk"]))[1]
-
-
-def test_python_takes_and_says_the_same(files):
-    late, full = (rb.load_motion(files[name], unit="m") for name in ("late", "full"))
-    with pytest.warns(UserWarning, match="say start=cut or start=ease"):
-        kept = rb.retarget(late, full, "copy_rotations")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        warnings.filterwarnings("ignore", "copy_rotations is worse")
-        cut = rb.retarget(late, full, "copy_rotations", start="cut")
-        eased = rb.retarget(late, full, "copy_rotations", start="ease")
-    assert (kept.frames, cut.frames, eased.frames) == (41, 40, 41)
-    assert start.find(eased) is None or not start.find(eased).cuts
-    for wrong in ({"start": "drop"}, {"root_motion": "y"}, {"hands": "fists"}):
-        with pytest.raises(BenchError, match="is not known; it is one of"):
-            rb.retarget(late, full, **wrong)
 
 
 def test_paths_of_results(bench, files):

@@ -14,7 +14,7 @@ from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import average
 from retarget_bench.motion.files.smpl.families import BODY
 from retarget_bench.plugins import registry
-from tests.bench_command import bowing
+from tests.bench_command import bowing, method_file
 from tests.datasets.test_folder import ASF
 from tests.motion import fbx_files, smpl_files
 from tests.motion.gltf_files import person
@@ -49,15 +49,6 @@ def test_the_small_figures_bow_is_bowed_by_the_large_one(bench, figures):
     expected, actual = bvh.parse(figures["large"]), bvh.parse("out.bvh")
     assert actual.hierarchy.names == expected.hierarchy.names
     np.testing.assert_allclose(actual.values, expected.values, atol=1e-4)
-
-
-def test_the_default_method_and_another_rate(bench, figures):
-    code, out, err = bench(
-        "retarget", figures["large"], "--target", figures["small"], "-o", "out.bvh", "--fps", 15
-    )
-    assert code == 0, err
-    assert "10 frames of large at 15 per second" in out
-    assert importer.load("out.bvh", Reading(unit="m")).motion.fps == 15
 
 
 def test_a_wrong_rate_is_doubted_and_told_better(bench, figures):
@@ -107,30 +98,8 @@ def test_an_acclaim_skeleton_lies_beside_its_motion_or_is_named(bench, figures, 
     assert (code, "is for AMC files" in err) == (2, True), err
 
 
-POSITIONS = """
-from retarget_bench.plugins import registry
-from retarget_bench.api import MethodCard
-
-class Places:
-    card = MethodCard("places", "copy_rotations, told by joint positions", "1")
-
-    def __init__(self, stretch: float = 1.0):
-        self.stretch = stretch
-
-    def supports(self, source, target):
-        return None
-
-    def retarget(self, source, target, *, context):
-        copied = registry.create("methods", "copy_rotations").retarget(source, target, context=context)
-        root = copied.root[:, None]
-        return target.positions(root + self.stretch * (copied.positions - root), source.fps)
-
-plugin = Places
-"""
-
-
 def test_a_method_that_gives_positions_writes_what_was_fitted_to_them(bench, figures):
-    Path("places.py").write_text(POSITIONS)
+    method_file(Path(), "places", "return target.positions(copied.positions, source.fps)")
     source, target = f"{figures['small']}[unit=m]", f"{figures['large']}[unit=cm]"
     code, out, err = bench("retarget", source, "--target", target, "-o", "fitted.bvh", "-m", "places.py")
     assert code == 0, err

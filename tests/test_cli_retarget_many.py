@@ -150,18 +150,6 @@ def test_a_run_that_was_interrupted_goes_on(bench, folders, monkeypatch):
     assert len(Path("out", batch.RECORDS).read_text().splitlines()) == 2
 
 
-def test_a_job_that_no_process_answers_costs_its_own_line(bench, folders, monkeypatch):
-    def died(function, payloads, jobs):
-        for answer in carried_out_here(function, payloads, jobs):
-            yield answer if answer.number else Done(0, error="the worker process died")
-
-    monkeypatch.setattr(batch, "carried_out", died)
-    code, out, err = bench("retarget", MOCAP, "--target", "bodies/large.bvh", "-o", "out", *COPY)
-    assert code == 2
-    assert "out/back.bvh was not made: the worker process died" in err
-    assert "1 retargeted, 0 up to date, 1 failed" in out
-
-
 def test_names_that_meet_are_kept_apart_by_their_folders(bench, folders):
     Path("more").mkdir()
     Path("more/bow.bvh").write_text(Path("mocap/bow.bvh").read_text())
@@ -344,3 +332,15 @@ def test_results_without_an_all_clear_are_counted(bench, tmp_path):
     assert sorted(map(len, doubts)) == [0, 1]
     again = bench("retarget", "mocap", "--target", "me.bvh", "-o", "out")[1]
     assert again == "0 retargeted, 2 up to date, 0 failed; all to look at in 1 of 2 results\n"
+
+
+def test_a_job_that_no_process_answers_costs_its_own_line(bench, folders, monkeypatch):
+    def died(function, payloads, jobs):
+        for answer in carried_out_here(function, payloads, jobs):
+            yield answer if answer.number else Done(0, error="the worker process died")
+
+    monkeypatch.setattr(batch, "carried_out", died)
+    code, out, err = bench("retarget", MOCAP, "--target", "bodies/large.bvh", "-o", "out", *COPY)
+    assert code == 2
+    assert "out/back.bvh was not made: the worker process died" in err
+    assert "1 retargeted, 0 up to date, 1 failed" in out

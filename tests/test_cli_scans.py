@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import retarget_bench as rb
-from retarget_bench import cli
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.scans.writing import ply, write_frames
 from retarget_bench.plugins import registry
@@ -63,16 +62,6 @@ def files(tmp_path) -> Path:
     return tmp_path
 
 
-@pytest.fixture
-def bench(capsys):
-    def run(*arguments: object) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as stop:
-            cli.main(["retarget", *(str(each) for each in arguments)])
-        return int(stop.value.code or 0), *capsys.readouterr()
-
-    return run
-
-
 def seen(folder: Path) -> tuple[np.ndarray, np.ndarray]:
     """Vertices ``(frames, V, 3)`` and faces of a folder, by another reader."""
     meshes = [trimesh.load(each, process=False) for each in sorted(folder.iterdir(), key=order)]
@@ -84,7 +73,7 @@ def order(path: Path) -> int:
 
 
 def test_the_targets_mesh_moves_in_metres_y_up(bench, files):
-    result = bench("walk", "--target", "body.obj", "-o", "out", "-m", "follow", "--fps", "25")
+    result = bench("retarget", "walk", "--target", "body.obj", "-o", "out", "-m", "follow", "--fps", "25")
     assert result[0] == 0, result[2]
     assert result[1].count("\n") == 1
     for phrase in (
@@ -110,8 +99,12 @@ def test_points_without_faces_move_it_alike(bench, files):
     (files / "dots").mkdir()
     for number, each in enumerate(seen(files / "walk")[0]):
         (files / "dots" / f"{number}.ply").write_bytes(ply(each, np.zeros((0, 3), dtype=int)))
-    assert bench("dots", "--target", "body.obj", "-o", "a", "-m", "follow")[0] == 0
-    assert bench("walk", "--target", "body.obj", "-o", "b", "-m", "follow", "--quiet") == (0, "", "")
+    assert bench("retarget", "dots", "--target", "body.obj", "-o", "a", "-m", "follow")[0] == 0
+    assert bench("retarget", "walk", "--target", "body.obj", "-o", "b", "-m", "follow", "--quiet") == (
+        0,
+        "",
+        "",
+    )
     apart = seen(files / "a")[0] - seen(files / "b")[0]
     assert np.abs(apart).max() < 0.12  # the middle of vertices is not that of the surface
 
@@ -119,7 +112,7 @@ def test_points_without_faces_move_it_alike(bench, files):
 def test_python_gives_what_the_command_writes(bench, files):
     person = fleshed()
     (files / "open.ply").write_bytes(ply(person.mesh.vertices, person.mesh.faces[1:]))
-    result = bench("walk", "--target", "open.ply", "-o", "out", "-m", "follow")
+    result = bench("retarget", "walk", "--target", "open.ply", "-o", "out", "-m", "follow")
     assert result[0] == 0
     assert "open.ply: the mesh is open: 3 edges" in result[2]
     with pytest.warns(UserWarning, match="open.ply: the mesh is open: 3 edges"):
@@ -154,7 +147,7 @@ def test_what_cannot_be_is_a_sentence_and_leaves_nothing(bench, files, arguments
 
     (files / "broken.ply").write_text("hello")
     before = sorted(each.name for each in files.iterdir())
-    code, out, error = bench(*arguments, *(() if "-m" in arguments else ("-m", "follow")))
+    code, out, error = bench("retarget", *arguments, *(() if "-m" in arguments else ("-m", "follow")))
     assert code == 2, out
     assert re.search(message, error), error
     assert "Traceback" not in error
@@ -174,8 +167,8 @@ def test_a_command_that_is_killed_leaves_nothing_half_written(bench, files, monk
 
     monkeypatch.setattr(writing, "ply", failing)
     before = {each.name for each in files.iterdir()}
-    assert bench("walk", "--target", "body.obj", "-o", "out", "-m", "follow")[0] != 0
+    assert bench("retarget", "walk", "--target", "body.obj", "-o", "out", "-m", "follow")[0] != 0
     assert {each.name for each in files.iterdir()} == before
     monkeypatch.setattr(writing, "ply", original)
-    assert bench("walk", "--target", "body.obj", "-o", "out", "-m", "follow")[0] == 0
+    assert bench("retarget", "walk", "--target", "body.obj", "-o", "out", "-m", "follow")[0] == 0
     assert len(list((files / "out").iterdir())) == FRAMES

@@ -79,11 +79,6 @@ def answered(method: Any, source: Motion, target: Motion) -> Motion:
     return method.retarget(source, target.character, context=Context())
 
 
-def test_the_page_leads_to_the_example() -> None:
-    assert f"]({EXAMPLE.relative_to(EXAMPLE.parents[1]).as_posix()})" in PAGE
-    assert len(EXAMPLE.read_text(encoding="utf-8").splitlines()) < 150
-
-
 def test_it_learns_what_a_resting_pose_does_not_know(pair, trained) -> None:
     source, right = pair
     module, losses = trained
@@ -105,26 +100,6 @@ def test_its_weights_are_stored_and_found_by_their_path(pair, trained, tmp_path)
     answer, exact = answered(loaded, source, right), answered(module.method(), source, right)
     assert distance(answer, exact) < 1e-3 * right.character.height  # half precision
     assert answered(loaded, source, right).rotations.tobytes() == answer.rotations.tobytes()
-
-
-def test_answers_follow_facing_place_and_rate_and_do_not_need_rotations(pair, trained) -> None:
-    source, right = pair
-    method = trained[0].method()
-    answer = answered(method, source, right)
-    only = source.character.positions(source.positions, source.fps)
-    np.testing.assert_allclose(answered(method, only, right).positions, answer.positions, atol=1e-9)
-
-    turn = rotation.about(np.array([0.0, 1.0, 0.0]), 2.0)
-    rotations = source.rotations.copy()
-    rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
-    elsewhere = source.character.motion(rotations, rotation.rotate(turn, source.root), source.fps)
-    turned = answered(method, elsewhere, right)
-    expected = rotation.rotate(turn, answer.positions)
-    np.testing.assert_allclose(turned.positions, expected, atol=1e-4)
-
-    for fps in (24.0, 60.0):
-        other = answered(method, source.resample(fps), right)
-        assert (other.frames, other.fps) == (source.resample(fps).frames, fps)
 
 
 # -------------------------------------------------------------------------------------------- the page

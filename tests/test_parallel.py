@@ -21,11 +21,6 @@ def test_every_payload_is_answered_once():
     assert sorted((each.number, each.result) for each in answers) == [(n, n * n) for n in range(20)]
 
 
-def test_no_payloads_start_no_process():
-    assert list(carried_out(jobs.square, [], 4)) == []
-    assert not active_children()
-
-
 def test_what_is_given_up_ends():
     begun = time.monotonic()
     run = carried_out(jobs.nap, [0.0, 60.0], 1)

@@ -83,22 +83,6 @@ def drawn(path: Path, sections: list[SplitSummary]) -> None:
     drawing.draw(path, data.Figure("recall", "bows", "contacts", methods, tuple(charts)))
 
 
-def test_every_split_shows_recall_above_precision(tmp_path, sections, figures):
-    drawn(tmp_path / "out.png", sections)
-    (figure,) = figures
-    assert [panel.get_ylabel() for panel in figure.axes] == [
-        "recall of foot contacts", "", "precision of foot contacts", "",
-    ]  # fmt: skip
-    assert [panel.get_title().split(":")[0] for panel in figure.axes[:2]] == ["intra", "cross"]
-    for panel, value in zip(figure.axes, ("pan_recall",) * 2 + ("pan_contact_precision",) * 2, strict=True):
-        for line, each in zip(panel.lines, sections[0].scores, strict=True):
-            assert line.get_label() == each.label
-            assert list(line.get_xdata()) == [float(e) for e in EPSILONS]
-            assert list(line.get_ydata()) == [each.curves[value][e].value for e in EPSILONS]
-        assert panel.get_xscale() == "log"
-        assert len(panel.collections) == 3
-
-
 def test_controls_are_dashed_and_methods_that_see_more_dotted(tmp_path, sections, figures):
     drawn(tmp_path / "out.png", sections)
     styles = {line.get_label(): line.get_linestyle() for line in figures[0].axes[0].lines}

@@ -82,12 +82,6 @@ class Says:
         return {key: value for key, value in self.said.items() if value is not None}
 
 
-def test_what_a_method_says_is_what_is_given():
-    attention = asking.ask(Says(), turning(), "says")
-    assert (attention.parts, attention.joints.tolist(), attention.note) == (("all",), [0, 1], "")
-    assert (attention.largest == 0.5).all()
-
-
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -138,12 +132,6 @@ def test_a_time_beyond_the_end_is_told(time):
         asking.frames_at([time], turning())
 
 
-def test_frames_that_are_drawn_unasked():
-    assert picture.spread(31) == [0, 8, 15, 22, 30]
-    assert picture.spread(1) == [0]
-    assert picture.spread(2) == [0, 1]
-
-
 # ---------------------------------------------------------------------------------------------- picture
 def test_a_body_is_seen_from_beside_its_front_wherever_it_faces():
     """Turned about the vertical axis and moved, it looks the same; its left is at our right, up is up."""
@@ -188,17 +176,6 @@ def test_what_is_drawn_is_what_the_method_says(tmp_path, method, figures):
     for frame, each in zip((0, 30), dots, strict=True):
         colours = {tuple(colour) for colour in each.get_facecolors()}
         assert colours == {image.to_rgba(weight) for weight in attention.largest[frame]}
-
-
-def test_joints_that_no_part_heeds_are_grey(tmp_path, method, figures):
-    from matplotlib.collections import LineCollection
-    from matplotlib.colors import to_rgba
-
-    motion = turning()
-    picture.draw(tmp_path / "out.png", asking.ask(method, motion, "heeds"), motion, [5], "")
-    (bones,) = [each for each in figures[0].axes[0].collections if isinstance(each, LineCollection)]
-    grey = [tuple(colour) == to_rgba(picture.UNSEEN) for colour in bones.get_colors()]
-    assert (len(grey), sum(grey)) == (len(NAMES) - 1, len(NAMES) - 1 - 2)
 
 
 # -------------------------------------------------------------------------------------------- the command
@@ -273,3 +250,15 @@ def test_what_cannot_be_shown_is_a_sentence(method, tmp_path, monkeypatch, bench
     assert code == 2
     assert words in err
     assert [each.name for each in tmp_path.iterdir()] == ["in"]
+
+
+def test_frames_that_are_drawn_unasked():
+    assert picture.spread(31) == [0, 8, 15, 22, 30]
+    assert picture.spread(1) == [0]
+    assert picture.spread(2) == [0, 1]
+
+
+def test_what_a_method_says_is_what_is_given():
+    attention = asking.ask(Says(), turning(), "says")
+    assert (attention.parts, attention.joints.tolist(), attention.note) == (("all",), [0, 1], "")
+    assert (attention.largest == 0.5).all()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import shutil
 import subprocess
@@ -108,34 +107,6 @@ def test_a_run_with_everything_uses_the_good_and_names_the_broken(bench, tmp_pat
     table = bench("table", "--all")
     assert table.returncode == 0, table.stderr
     assert "lean" in table.stdout
-
-
-def test_the_swaying_hips_are_measured_by_the_installed_metric(bench, tmp_path):
-    width = 0.04
-    result = bench(
-        "run",
-        f"sway[width={width}]",
-        "copy_rotations",
-        "-d",
-        "beam[frames=31]",
-        "--metrics",
-        "lean",
-        "-j",
-        "1",
-    )
-    assert result.returncode == 0, result.stderr
-    rows = [line for file in tmp_path.rglob("sway-*.csv") for line in file.read_text().splitlines()]
-    leans = {line.split(",")[0]: float(line.split(",")[-1]) for line in rows if "lean.mean" in line}
-    # copied rotations follow the reference exactly here, so the sway is the whole distance
-    sway = sum(abs(width * math.sin(frame / 30)) for frame in range(31)) / 31
-    heights = {name: size * _HEIGHT for name, size in (("tall", 1.1), ("short", 0.7))}
-    assert set(leans) == {"beam/tall>short/walk", "beam/short>tall/walk"}
-    assert leans["beam/tall>short/walk"] == pytest.approx(100 * sway / heights["short"], rel=1e-5)
-    assert leans["beam/short>tall/walk"] == pytest.approx(100 * sway / heights["tall"], rel=1e-5)
-
-
-_HEIGHT = 0.3 + 0.3 + 0.1 + 0.5 + 0.4
-"""Bones from the hips to the head, and from the hips to a foot, at size 1."""
 
 
 @pytest.mark.parametrize("name", ["sway", "lean", "beam"])

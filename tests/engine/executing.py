@@ -4,32 +4,19 @@ from __future__ import annotations
 
 import json
 import random
-import threading
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import psutil
-from small_plans import asked
+from small_plans import asked, know_toys  # noqa: F401
 
 from retarget_bench.evaluation import runner, shards
 from retarget_bench.evaluation.plan import Plan
-from retarget_bench.plugins import registry
 from tests.in_process import InThisProcess
 
-HERE = Path(__file__).parent
-TOYS = (
-    *sorted((HERE / "toys").glob("*.py")),
-    HERE / "batch_toys" / "toy_batches.py",
-    HERE / "shard_toys" / "slow_copy.py",
-)
 METHODS = ("toy_method[does=noise]", "toy_method[does=nan]", "toy_batches", "copy_rotations")
-
-
-def know_toys() -> None:
-    for file in TOYS:
-        registry.add_file(file)
 
 
 def small_shards(patch: Any) -> None:
@@ -59,36 +46,6 @@ def _undated(path: Path) -> bytes:
     facts = json.loads(path.read_text())
     facts.pop("date", None)
     return json.dumps(facts).encode()
-
-
-class Killer:
-    """Kills a random process that this one has started, directly or not, now and then, until it is left.
-
-    names: one of them stands in the line that such a process was started by.
-    """
-
-    def __init__(self, seed: int, *names: str) -> None:
-        self.kills, self._names = 0, names
-        self._moments = random.Random(seed)
-        self._done = threading.Event()
-        self._thread = threading.Thread(target=self._kill)
-
-    def __enter__(self) -> Killer:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._done.set()
-        self._thread.join()
-
-    def _kill(self) -> None:
-        while not self._done.wait(self._moments.uniform(0.2, 2.0)):
-            if family := started(*self._names):
-                try:
-                    self._moments.choice(family).kill()
-                    self.kills += 1
-                except psutil.Error:
-                    pass
 
 
 def started(*names: str) -> list[psutil.Process]:

@@ -7,6 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.api import CaseInfo
+from retarget_bench.evaluation import set_metrics
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import case_metadata, journal
 from retarget_bench.results import store as records
 from retarget_bench.results.header import SCHEMA, STATUSES, ResultHeader, parsed
@@ -33,6 +35,12 @@ VALUES = {
         "label": "curve", "unit": "1", "better": "higher", "goal": 1.0, "index": "threshold",
         "with_self": False, "meaning": "a curve", "tolerance": 1e-6, "formula": "",
     },
+}  # fmt: skip
+
+
+FID = VALUES["pooled"] | {
+    "label": "FID", "with_self": False, "meaning": "how unlike real motion", "tolerance": 1e-2, "needs": [],
+    "metric": "fid_structure",
 }  # fmt: skip
 
 
@@ -104,6 +112,14 @@ def changed(place: ResultPaths, **changes) -> ResultPaths:
     fields = json.loads(place.header.read_text()) | changes
     place.header.write_text(json.dumps(fields))
     return place
+
+
+def with_sets(place: ResultPaths, values: list[SetValue], *declared: str, **changes) -> ResultPaths:
+    """The same results with values of sets, of ``fid.structure`` and others that are declared likewise."""
+    set_metrics.write(place, values)
+    of_sets = dict.fromkeys(("fid.structure", *declared), FID)
+    about = {"metrics": {"fid_structure": "1+aa"}, "date": "2026-01-01", "set_values": of_sets}
+    return changed(place, **about | changes)
 
 
 def unchecked(root: Path) -> None:

@@ -99,26 +99,6 @@ def test_what_a_file_beside_the_module_holds_is_part_of_the_key(bench, in_proces
     assert after["method"]["trained_on"] == {"characters": ["ann"], "structures": ["puppet"]}
 
 
-@pytest.mark.slow
-def test_a_path_by_parameter_counts_by_what_lies_there(bench, tmp_path):
-    """Relative to where the command runs, while the method runs elsewhere."""
-    plugin = written(tmp_path, "where")
-    for name, height in (("low", 1.0), ("high", 2.0)):
-        (tmp_path / name).mkdir()
-        np.save(tmp_path / name / "a.npy", np.array([0.0, height, 0.0]))
-    code, text = bench(*asked(plugin, "[where=low/a.npy]"))
-    assert code == 0, text
-    (tmp_path / "low").rename(tmp_path / "moved")
-    code, text = bench(*asked(plugin, "[where=moved/a.npy]"))
-    assert code == 0, text
-    (header,) = headers()
-    digest = hashlib.sha256((tmp_path / "moved" / "a.npy").read_bytes()).hexdigest()
-    assert header["method"]["parameters"] == {"where": f"local-{digest[:8]}"}
-    code, text = bench(*asked(plugin, "[where=high/a.npy]"))
-    assert code == 0, text
-    assert len(headers()) == 2
-
-
 @pytest.mark.parametrize(
     ("name", "parameters", "cure"),
     [("place.npy", "", "put it there"), ("where", "[where=no/where.npy]", "give where=PATH")],

@@ -281,17 +281,6 @@ def test_a_case_that_cannot_be_loaded_costs_that_case(tmp_path, monkeypatch, cha
         assert lost.message.startswith(f"data set toy_cases: load({VICTIM!r}) failed: {words}")
 
 
-def test_a_case_that_does_not_fit_together_costs_that_case(tmp_path, monkeypatch):
-    def shorter(case: Any) -> Any:
-        short = case.info.id == VICTIM
-        return replace(case, reference=case.reference.at(slice(5))) if short else case
-
-    _toys(monkeypatch, "load", shorter)
-    for results in carry_out(tmp_path, *METHODS):
-        (lost,) = (entry for entry in results.entries if entry.status != "ok")
-        assert lost.message == f"case {VICTIM}: the prediction has 12 frames, the reference 5"
-
-
 @pytest.mark.processes
 def test_a_data_set_that_ends_its_process_costs_that_case(tmp_path):
     source = (HERE / "toys" / "toy_cases.py").read_text().replace("toy_cases", "ending_cases")
@@ -303,3 +292,14 @@ def test_a_data_set_that_ends_its_process_costs_that_case(tmp_path):
         (lost,) = (entry for entry in results.entries if entry.status != "ok")
         why = "the data set ended the process that loads this case, twice (exit code 4)"
         assert (lost.case, lost.message) == (VICTIM, why)
+
+
+def test_a_case_that_does_not_fit_together_costs_that_case(tmp_path, monkeypatch):
+    def shorter(case: Any) -> Any:
+        short = case.info.id == VICTIM
+        return replace(case, reference=case.reference.at(slice(5))) if short else case
+
+    _toys(monkeypatch, "load", shorter)
+    for results in carry_out(tmp_path, *METHODS):
+        (lost,) = (entry for entry in results.entries if entry.status != "ok")
+        assert lost.message == f"case {VICTIM}: the prediction has 12 frames, the reference 5"

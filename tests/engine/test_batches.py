@@ -1,7 +1,6 @@
 """Methods that take several cases at once: what is asked together, and what becomes of a fault."""
 
 from itertools import combinations
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -11,30 +10,18 @@ from hypothesis import strategies as st
 from small_plans import asked, carry_out
 
 from retarget_bench.api import CaseInfo
-from retarget_bench.evaluation import batches, plan, runner
+from retarget_bench.evaluation import batches, plan
 from retarget_bench.plugins import registry
-from retarget_bench.results import journal, store
+from retarget_bench.results import store
 from retarget_bench.training import validate
 
-pytestmark = pytest.mark.usefixtures("in_process")
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
-HERE = Path(__file__).parent
-TOYS = (
-    HERE / "toys" / "toy_cases.py",
-    HERE / "toys" / "toy_method.py",
-    HERE / "batch_toys" / "toy_batches.py",
-)
 HEIGHTS = {"small": 1.0, "tall": 1.5}
 BONES = 0.3 + 0.4 + (0.1**2 + 0.05**2) ** 0.5 + 0.8  # of toy_cases' bodies of height 1
 SHIFT = 0.01  # as in toys/toy_cases.py
 MICROMETRE = 1e-6
 FRAMES = 12  # of every case of toy_cases
-
-
-@pytest.fixture(autouse=True)
-def _toys():
-    for file in TOYS:
-        registry.add_file(file)
 
 
 def mates(results: store.Results, case: str) -> float:
@@ -147,12 +134,6 @@ def test_an_interrupt_is_told_and_ends_a_validation(monkeypatch, where):
     assert pressed
 
 
-def test_progress_counts_answers(tmp_path):
-    progress = []
-    runner.run(asked(tmp_path, "toy_batches", clips=10), lambda done, total: progress.append((done, total)))
-    assert progress == [(0, 20), (10, 20), (20, 20)]
-
-
 def test_what_is_missing_of_a_batch_is_made_by_the_whole_batch_and_stored_alone(tmp_path):
     (first,) = carry_out(tmp_path, "toy_batches")
     expected = first.paths.rows.read_bytes()
@@ -165,20 +146,6 @@ def test_what_is_missing_of_a_batch_is_made_by_the_whole_batch_and_stored_alone(
     assert again.paths.rows.read_bytes() == expected
     assert files[0].read_bytes() == content
     assert {file: file.stat().st_mtime_ns for file in files[1:]} == before
-
-
-def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
-    (first,) = carry_out(tmp_path, "toy_batches")
-    expected = first.paths.rows.read_bytes()
-    first.paths.header.unlink()
-    for file in (first.paths.folder / "toy_batches").glob("*.npz"):
-        file.unlink()
-    journal.open_journal(first.paths, first.header.keys)
-    for entry in first.entries[:2]:
-        journal.append_journal(first.paths, entry)
-    (again,) = carry_out(tmp_path, "toy_batches")
-    assert again.paths.rows.read_bytes() == expected
-    assert len(list((first.paths.folder / "toy_batches").glob("*.npz"))) == 4
 
 
 def test_only_methods_that_take_batches_are_known_by_them(tmp_path):

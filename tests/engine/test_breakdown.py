@@ -6,17 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_plans import asked
+from small_plans import asked, know_toys
 from stored import metadata
 
 from retarget_bench.analysis import summary
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner
-from retarget_bench.plugins import registry
 from retarget_bench.results import case_metadata, store
 
-HERE = Path(__file__).parent
 VALUE = "mpjpe_h.world"
 JOINT = "mpjpe_h.joint"
 
@@ -24,8 +22,7 @@ JOINT = "mpjpe_h.joint"
 @pytest.fixture(scope="module")
 def results(tmp_path_factory) -> Path:
     """Results of two toy methods, one of which answers half of the cases."""
-    for file in sorted((HERE / "toys").glob("toy_*.py")):
-        registry.add_file(file)
+    know_toys()
     root = tmp_path_factory.mktemp("results")
     plan = asked(root, "toy_method[does=shaken]", "toy_method[does=picky]")
     runner.run(plan, lambda done, total: None)

@@ -118,12 +118,6 @@ def test_criteria_that_mean_nothing_are_told(baseline, bench, options, words):
     assert (status, words in output) == (2, True)
 
 
-@pytest.mark.parametrize("off", ["0.02000000001", "0.01999999999"])
-def test_a_drift_below_the_tolerance_is_the_same(baseline, bench, monkeypatch, off):
-    monkeypatch.setenv("TOY_OFF", off)
-    assert bench("-r", baseline)[0] == 0
-
-
 def test_methods_with_weights_may_move_farther(tmp_path, bench, monkeypatch):
     plain = accepted(tmp_path / "plain", bench)
     monkeypatch.setenv("TOY_WEIGHTS", "w1")

@@ -213,23 +213,6 @@ def layer_names(files: set[Path]) -> set[str]:
     return {file.relative_to(training).as_posix() for file in files if file.is_relative_to(training)}
 
 
-@pytest.mark.parametrize(
-    ("name", "some", "none"),
-    [
-        ("san", "skeletal/structure", "kinematic/features"),
-        ("pan", "skeletal/windows", "kinematic/__init__"),
-        ("nkn", "kinematic/features", "skeletal/structure"),
-        ("nkn_cross", "kinematic/many_structures", "skeletal/__init__"),
-        ("pmnet", "twist", "kinematic/many_structures"),
-        ("r2et", "twist", "kinematic/__init__"),
-    ],
-)
-def test_a_method_is_known_by_the_layers_that_it_reaches_and_by_no_others(name, some, none):
-    layers = reached_layers("methods", name)
-    assert {"layers/__init__.py", f"layers/{some}.py"} <= layers
-    assert f"layers/{none}.py" not in layers
-
-
 def test_modules_that_a_run_has_imported_of_the_layers_are_among_those_that_count():
     """Against what Python itself imports, also late."""
     code = (

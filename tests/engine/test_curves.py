@@ -71,11 +71,6 @@ def test_asking_for_a_curve_is_asking_for_the_breakdown(results):
     assert bench(results, "--by", "threshold") == bench(results, "--columns", "curve")
 
 
-def test_first_sight_and_all_show_no_curve(results):
-    for words in ([], ["--all"]):
-        assert "over time" not in bench(results, *words)
-
-
 def test_curves_do_not_mix_with_single_numbers(results):
     result = CliRunner().invoke(group, ["table", "-r", str(results), "--columns", "growth,mpjpe_h.world"])
     assert "growth has a number per second and cannot stand beside" in str(result.exception)
@@ -117,3 +112,8 @@ def test_points_without_a_number_for_a_name_come_last(results):
     for place in records.find_results(results):
         place.rows.write_text(place.rows.read_text().replace(",growth,3,", ",growth,late,"))
     assert list(lines(results, "--columns", "growth"))[-1] == "late"
+
+
+def test_first_sight_and_all_show_no_curve(results):
+    for words in ([], ["--all"]):
+        assert "over time" not in bench(results, *words)

@@ -18,18 +18,10 @@ from retarget_bench.evaluation import runner, set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.evaluation.shard_work import ShardWork
 from retarget_bench.files import LOCK, locked
-from retarget_bench.plugins import registry
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results.paths import ARRAYS, CASES, ROWS, SETS
 
-pytestmark = pytest.mark.usefixtures("in_process")
-TOYS = Path(__file__).parent / "toys"
-
-
-@pytest.fixture(autouse=True)
-def _toys():
-    for file in sorted(TOYS.glob("*.py")):
-        registry.add_file(file)
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
 
 def cut(path: Path) -> None:
@@ -77,18 +69,6 @@ def test_metadata_of_cases_are_checked_and_made_again(tmp_path, harm):
     assert case_metadata.read(results.paths) == metadata
 
 
-@pytest.mark.parametrize("harm", [cut, Path.unlink])
-def test_values_of_sets_are_checked_too(tmp_path, harm):
-    numbers = [("a>b", "c", {"mpjpe_h.world": 1.0})]
-    place = made_up(tmp_path, "intra", "m", numbers)
-    set_metrics.write(place, [SetValue("fid.structure", "s", 5, 5, value=1.0)])
-    made_up(tmp_path, "intra", "m", numbers)
-    assert SETS in store.read_header(place.header).files
-    harm(place.sets)
-    with pytest.raises(FileError, match=r"m\.sets\.csv"):
-        split_summaries([place])
-
-
 def test_other_line_ends_and_headers_without_checksums_are_no_damage(tmp_path):
     place = made_up(tmp_path, "intra", "m", [("a>b", "c", {"mpjpe_h.world": 1.0})])
     place.rows.write_bytes(place.rows.read_bytes().replace(b"\n", b"\r\n"))
@@ -132,3 +112,15 @@ def test_the_lock_of_a_killed_process_is_none(tmp_path):
     with locked(path, "busy"):
         pass
     assert not path.exists()
+
+
+@pytest.mark.parametrize("harm", [cut, Path.unlink])
+def test_values_of_sets_are_checked_too(tmp_path, harm):
+    numbers = [("a>b", "c", {"mpjpe_h.world": 1.0})]
+    place = made_up(tmp_path, "intra", "m", numbers)
+    set_metrics.write(place, [SetValue("fid.structure", "s", 5, 5, value=1.0)])
+    made_up(tmp_path, "intra", "m", numbers)
+    assert SETS in store.read_header(place.header).files
+    harm(place.sets)
+    with pytest.raises(FileError, match=r"m\.sets\.csv"):
+        split_summaries([place])

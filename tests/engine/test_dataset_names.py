@@ -55,14 +55,6 @@ def bench(*arguments: object) -> str:
     return result.output
 
 
-def test_two_roots_have_two_names_and_both_have_numbers(two: tuple[Path, list[Spec]]) -> None:
-    summaries = split_summaries(places(two[0]))
-    assert {each.dataset for each in summaries} == {
-        f"folder walks ({bound.dataset(spec).slug})" for spec in two[1]
-    }
-    assert all(each.scores[0].means[VALUE].n == 1 for each in summaries)
-
-
 def test_one_alone_goes_by_its_label(two: tuple[Path, list[Spec]]) -> None:
     root, (spec, _) = two
     (alone,) = split_summaries(of_dataset(places(root), str(spec)))

@@ -12,7 +12,7 @@ from retarget_bench.api import Case, CaseInfo
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import runner, shard_work
 from retarget_bench.motion import bvh, rotation, transfer
-from retarget_bench.plugins import bound, registry
+from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import predictions, store
 from retarget_bench.tables import requested
@@ -20,17 +20,20 @@ from retarget_bench.tables.rendering import text
 from tests.motion import editing_bodies
 from tests.motion.alignment_rigs import performance
 
-pytestmark = pytest.mark.usefixtures("in_process")
-
-TOYS = Path(__file__).parent / "toys"
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
 
 @pytest.fixture
 def cases():
-    for file in sorted(TOYS.glob("*.py")):
-        registry.add_file(file)
     data = bound.dataset(Spec.parse("toy_cases")).built
     return [data.load(info) for info in data.cases("retarget", "intra")]
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    """An empty folder for somebody's answers."""
+    (tmp_path / "theirs").mkdir()
+    return tmp_path / "theirs"
 
 
 def score(folder: Path, root: Path) -> store.Results:
@@ -38,9 +41,7 @@ def score(folder: Path, root: Path) -> store.Results:
     return store.read_results(runner.run(plan, lambda done, total: None)[0])
 
 
-def test_references_as_npz_or_bvh_score_nothing(tmp_path, cases):
-    folder = tmp_path / "theirs"
-    folder.mkdir()
+def test_references_as_npz_or_bvh_score_nothing(tmp_path, folder, cases):
     for number, case in enumerate(cases):
         stem = folder / store.case_file(case.info.id)
         if number % 3 == 0:
@@ -72,9 +73,7 @@ def test_a_root_above_the_hips_is_folded_away(tmp_path, cases):
     assert np.abs(folded.positions - cases[0].reference.positions).max() < 1e-5
 
 
-def test_what_does_not_fit_is_named(tmp_path, cases):
-    folder = tmp_path / "theirs"
-    folder.mkdir()
+def test_what_does_not_fit_is_named(tmp_path, folder, cases):
     paths = [folder / f"{store.case_file(case.info.id)}.npz" for case in cases]
     paths[0].write_bytes(b"no zip")
     np.savez(paths[1], rotations=np.zeros((12, 3, 4)), root=np.zeros((12, 3)))
@@ -94,9 +93,7 @@ def test_what_does_not_fit_is_named(tmp_path, cases):
         assert words in messages[case.info.id], messages[case.info.id]
 
 
-def test_odd_arrays_are_named_with_their_file(tmp_path, cases):
-    folder = tmp_path / "theirs"
-    folder.mkdir()
+def test_odd_arrays_are_named_with_their_file(tmp_path, folder, cases):
     paths = [folder / f"{store.case_file(case.info.id)}.npz" for case in cases]
     rotations, root = cases[0].reference.rotations, cases[0].reference.root
     np.savez(paths[0], rotations=2 * rotations, root=root)
@@ -113,11 +110,9 @@ def test_odd_arrays_are_named_with_their_file(tmp_path, cases):
         assert "not unit" in words or path.name[:-4] in messages[case.info.id]
 
 
-def test_changed_files_are_scored_again(tmp_path, cases):
+def test_changed_files_are_scored_again(tmp_path, folder, cases):
     from retarget_bench.plugins.code_hash import folder_hash
 
-    folder = tmp_path / "theirs"
-    folder.mkdir()
     for case in cases:
         path = folder / f"{store.case_file(case.info.id)}.npz"
         predictions.write_prediction(path, case.reference, "")
@@ -223,19 +218,7 @@ def test_other_conventions_are_named_beside_the_row(tmp_path, sign):
     assert shard_work.elsewhere(tmp_path, case).message == ""
 
 
-def test_an_archive_that_unpacks_to_more_than_any_motion_is_not_read(tmp_path, cases):
-    path = tmp_path / "bomb.npz"
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("positions.npy", b"")
-        archive.infolist()[0].file_size = 5_000_000_000
-    assert path.stat().st_size < 1000
-    with pytest.raises(FileError, match="unpacks to 5,000,000,000 bytes, more than"):
-        predictions.read_prediction(path, cases[0].target, 30.0)
-
-
-def test_doubts_stand_in_the_header_and_below_the_table(tmp_path, cases):
-    folder = tmp_path / "theirs"
-    folder.mkdir()
+def test_doubts_stand_in_the_header_and_below_the_table(tmp_path, folder, cases):
     for case in cases:
         path = folder / f"{store.case_file(case.info.id)}.npz"
         np.savez(path, **z_up(case.reference))
@@ -249,3 +232,13 @@ def test_doubts_stand_in_the_header_and_below_the_table(tmp_path, cases):
     assert f"theirs gave odd answers to some cases (intra {len(cases)}): {doubt.message}" in short
     assert "Z up, not Y" in doubt.message
     assert "theirs doubted on" in " ".join(text(tables, notes=True).split())
+
+
+def test_an_archive_that_unpacks_to_more_than_any_motion_is_not_read(tmp_path, cases):
+    path = tmp_path / "bomb.npz"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("positions.npy", b"")
+        archive.infolist()[0].file_size = 5_000_000_000
+    assert path.stat().st_size < 1000
+    with pytest.raises(FileError, match="unpacks to 5,000,000,000 bytes, more than"):
+        predictions.read_prediction(path, cases[0].target, 30.0)

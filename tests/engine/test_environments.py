@@ -27,7 +27,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.tables import builder
 
-HERE = Path(__file__).parent
+pytestmark = pytest.mark.usefixtures("toys")
+
 LOOP = Path(numpy_worker.__file__)
 CODE = """
 import os, sys, time
@@ -66,12 +67,6 @@ for case in json.loads((Path(folder) / "manifest.json").read_text())["cases"]:
     with np.load(Path(folder) / (case["source_file"] + ".npz")) as file:
         np.savez(Path(folder) / case["prediction"], rotations=file["rotations"], root=file["root"])
 """
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _plugins():
-    registry.add_file(HERE / "toys" / "toy_cases.py")
-    registry.add_file(HERE / "toys" / "toy_method.py")
 
 
 @pytest.fixture
@@ -145,11 +140,6 @@ def _never(done: int, total: int) -> None:
     assert not total
 
 
-def test_keys_of_ordinary_methods_know_of_no_environment(tmp_path):
-    (unit,) = plan.evaluation_units(asked(tmp_path, "copy_rotations"))
-    assert "environment" not in unit.prediction_facts
-
-
 @pytest.mark.parametrize(
     ("command", "message"),
     [
@@ -169,14 +159,6 @@ def test_what_cannot_be_started_is_a_sentence(tmp_path, command, message):
         )
     assert message in str(raised.value)
     assert "\n" not in str(raised.value)
-
-
-def test_an_environment_that_is_gone_later_fails_its_rows(ask, tmp_path):
-    shim = tmp_path / "python"
-    shim.write_text("#!/bin/sh\necho gone >&2\nexit 1\n")
-    shim.chmod(0o755)
-    (outcome,) = ask(f"copy_rotations@{shim}")
-    assert (outcome.status, "gone" in outcome.message) == ("failed", True)
 
 
 def test_an_environment_that_changes_during_a_run_answers_no_more(tmp_path, other):
@@ -200,11 +182,6 @@ def test_methods_that_are_asked_here_have_no_environment():
         registry.create("methods", "copy_rotations@/usr/bin/python3")
     with pytest.raises(BenchError, match="an environment is for methods"):
         registry.canonical("metrics", "position@/usr/bin/python3")
-
-
-def test_limits_hold_there(ask, other):
-    (outcome,) = ask(f'toy_method[does=die]@"{other}"')
-    assert "SIGKILL" in outcome.message
 
 
 def test_a_worker_behind_another_program_lives_and_ends_with_it(tmp_path):

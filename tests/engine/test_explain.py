@@ -121,14 +121,6 @@ def test_self_pairs_move_the_mean_and_no_case(tmp_path: Path) -> None:
     assert "is 0 in every case" in protocol_factors.text(alone, alone.factors)
 
 
-@pytest.mark.parametrize("columns", [80, 120])
-def test_lines_are_as_wide_as_asked_for(columns, tmp_path: Path) -> None:
-    results(tmp_path, "intra", INTRA)
-    explanation = explained(tmp_path)
-    lines = protocol_factors.text(explanation, explanation.factors, columns).splitlines()
-    assert max(map(len, lines)) <= columns
-
-
 def test_between_all_and_unknown_protocols(tmp_path: Path) -> None:
     results(tmp_path, "intra", INTRA)
     explanation = explained(tmp_path)
@@ -140,12 +132,6 @@ def test_between_all_and_unknown_protocols(tmp_path: Path) -> None:
     assert (one.first, one.second) == ("metres", "squared")
     with pytest.raises(BenchError, match=r"no protocol .mpjpe. here; it has mpjpe_h\.world, metres"):
         protocol_factors.chosen(explanation, ("mpjpe",), every=False)
-
-
-def test_one_protocol_alone_has_no_factor(tmp_path: Path) -> None:
-    results(tmp_path, "intra", INTRA)
-    with pytest.raises(BenchError, match="name another beside metres"):
-        protocol_factors.chosen(explained(tmp_path), ("metres", "metres"), every=False)
 
 
 def test_results_without_protocols_say_what_to_do(tmp_path: Path) -> None:
@@ -181,16 +167,6 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_what_must_be_exact_is_exact_on_puppets(run: Path) -> None:
-    """The squared coordinate is a third of the squared distance."""
-    explanation = explained(run)
-    third = factor(explanation, "san_code_noself", "sqdist_h2")
-    assert third.constant
-    assert third.usual == pytest.approx(3.0, rel=1e-7)
-    assert "error: squared coordinate against squared distance" in third.reasons
-    assert not factor(explanation, "mpjpe_h.world", "mpjpe_h.root").constant
-
-
 def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def table(*arguments: str) -> tuple[int, str]:
         with pytest.raises(SystemExit) as stop:
@@ -210,6 +186,12 @@ def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, out = table("--columns", "mpjpe")
     assert code == 2
     assert "no protocol 'mpjpe'" in out
+
+
+def test_one_protocol_alone_has_no_factor(tmp_path: Path) -> None:
+    results(tmp_path, "intra", INTRA)
+    with pytest.raises(BenchError, match="name another beside metres"):
+        protocol_factors.chosen(explained(tmp_path), ("metres", "metres"), every=False)
 
 
 def test_seeds_are_told_apart(tmp_path: Path) -> None:

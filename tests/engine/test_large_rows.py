@@ -17,16 +17,13 @@ from retarget_bench.analysis.breakdown import breakdown
 from retarget_bench.analysis.summary import split_summaries, split_summary
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import runner
-from retarget_bench.plugins import registry
 from retarget_bench.results import rows, store
-from retarget_bench.results.paths import CASES, LARGE, ROWS, ResultPaths
+from retarget_bench.results.paths import LARGE, ResultPaths
 from retarget_bench.results.result_matrix import result_matrices
 from retarget_bench.tables import requested
-from retarget_bench.tables.rendering import RENDERERS
 from retarget_bench.tables.requested import Request
 
 METHODS = ("a", "b", "refuses", "control")
-TOYS = Path(__file__).parent / "toys"
 
 
 def results(root: Path) -> list[ResultPaths]:
@@ -57,17 +54,6 @@ def large(tmp_path, monkeypatch) -> list[ResultPaths]:
     return results(tmp_path / "large")
 
 
-@pytest.mark.parametrize("form", sorted(RENDERERS))
-@pytest.mark.parametrize(
-    "selection",
-    [Request(), Request(all=True), Request(columns=["curve"]), Request(by="pair")],
-    ids=["usual", "all", "curve", "by pair"],
-)
-def test_tables_are_the_same_whichever_form_rows_have(text, large, form, selection):
-    shown = [RENDERERS[form](requested.tables(places, selection, form)) for places in (text, large)]
-    assert shown[0] == shown[1].replace("/large/", "/text/")
-
-
 def test_numbers_are_the_same_to_the_last_bit(text, large):
     for one, other in zip(result_matrices(text), result_matrices(large), strict=True):
         assert one.cases == other.cases
@@ -95,9 +81,7 @@ def test_only_what_a_table_shows_is_read(large, monkeypatch):
     assert set(read) == {"mpjpe_h.world"}
 
 
-def test_a_run_writes_either_form_and_leaves_nothing_of_the_other(tmp_path, monkeypatch, in_process):
-    for file in sorted(TOYS.glob("*.py")):
-        registry.add_file(file)
+def test_a_run_writes_either_form_and_leaves_nothing_of_the_other(tmp_path, monkeypatch, in_process, toys):
     contents = []
     for many in (0, 10**9, 0):
         monkeypatch.setattr(rows, "MANY", many)
@@ -140,19 +124,8 @@ def test_a_case_list_of_another_length_is_refused(large):
         split_summaries([large[0]])
 
 
-def test_headers_list_what_there_is(text, large):
-    assert list(store.read_header(text[0].header).files) == [ROWS, CASES]
-    assert list(store.read_header(large[0].header).files) == [LARGE, CASES]
-
-
 def test_without_pyarrow_the_way_to_it_is_told_before_anything_is_computed(large, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
     for ask in (lambda: split_summaries(large), lambda: running(large[0], 1)):
         with pytest.raises(BenchError, match=r"pip install 'retarget-bench\[store\]'"):
             ask()
-
-
-def test_a_file_of_others_is_refused(tmp_path):
-    pyarrow.parquet.write_table(pyarrow.table({"case": ["a"], "b": ["c"]}), tmp_path / "x.parquet")
-    with pytest.raises(FileError, match="cannot be read"):
-        rows.read_large(tmp_path / "x.parquet", ["a"])["b", ""]

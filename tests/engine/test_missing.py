@@ -8,7 +8,7 @@ from stored import VALUES, changed, store
 from retarget_bench.analysis import summary
 from retarget_bench.evaluation import timing
 from retarget_bench.results import store as records
-from retarget_bench.tables import builder, rendering
+from retarget_bench.tables import builder
 from retarget_bench.tables.cells import STALE
 from retarget_bench.tables.model import FAILED, NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
 
@@ -71,12 +71,6 @@ def test_many_refusals_are_one_line(tmp_path):
     assert (failed.status, failed.cases) == ("failed", ("data/a>b/c4",))
 
 
-def test_where_every_method_failed_the_columns_are_there_all_the_same(tmp_path):
-    place = store(tmp_path, "intra", "none", [("a>b", "c1", "failed")])
-    cells = cells_of([place], ["mpjpe_h.world", "ratio"])
-    assert [cell.text for cell in cells["none"]] == [FAILED, FAILED]
-
-
 def test_a_method_that_ran_elsewhere_only_is_told(tmp_path):
     both = [store(tmp_path, split, "both", [("a>b", "c1", WORLD)]) for split in ("intra", "cross")]
     one = store(tmp_path, "cross", "one", [("a>b", "c1", WORLD)])
@@ -125,21 +119,6 @@ def test_values_that_pool_self_pairs_say_why_they_are_missing(tmp_path):
     own = store(tmp_path, "self", "n", [("a>a", "c1", {"pooled": 0.0, **WORLD})])
     cell = cells_of([place, other, own], ["pooled"])["m"][0]
     assert (cell.text, "self split" in cell.reason) == (NOT_RUN, True)
-
-
-def test_columns_that_no_case_has_are_named_below(tmp_path):
-    place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", {"ratio": 1.0})]), values=needing())
-    cells = cells_of([place], ["ratio", "mpjpe_h.world"])
-    assert [column.id for column in cells["group"].columns] == ["ratio"]
-    (sentence,) = cells["group"].below
-    assert sentence.startswith("intra: not shown: world")
-
-
-def test_usual_columns_that_only_some_data_know_are_missed_when_asked_for_alone(tmp_path):
-    values = {**VALUES, "touch_gap": VALUES["ratio"] | {"label": "gap", "needs": ["touches"]}}
-    place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", WORLD)]), values=values)
-    assert "gap" not in " ".join(cells_of([place], None)["group"].below)
-    assert "not shown: gap" in " ".join(cells_of([place], ["mpjpe_h.world", "touch_gap"])["group"].below)
 
 
 def test_speed_of_predictions_made_elsewhere_is_not_applicable(tmp_path):
@@ -194,20 +173,6 @@ def test_a_number_over_fewer_cases_says_why_it_is_not_ranked(tmp_path):
 
 
 # ------------------------------------------------------------------------------------------ breakdowns
-@pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
-def test_breakdowns_have_a_line_per_part_and_a_column_per_method(tmp_path, form):
-    for name, centre in (("m", 1.0), ("k", 2.0)):
-        noisy(tmp_path, name, centre, 0, clips=3)
-    (table,) = builder.tables(summary.split_summaries(records.find_results(tmp_path), "pair"), by="pair")
-    (group,) = table.groups
-    assert (group.heading, group.subject) == ("pair", "mpjpe_h.world")
-    assert [row.label for row in group.ranked] == ["a>b", "a>c"]
-    assert [column.label for column in group.columns] == ["k", "m"]
-    assert {row.n for row in group.ranked} == {"3"}
-    assert all(cell.value is not None for row in group.ranked for cell in row.cells)
-    assert [column.id for column in table.explained] == ["mpjpe_h.world"]
-    drawn = rendering.RENDERERS[form]([table])
-    assert "mpjpe_h.world" in drawn if form == "csv" else "by pair" in drawn
 
 
 def test_a_line_on_which_a_method_did_not_answer_all_cases_says_so(tmp_path):
@@ -237,3 +202,10 @@ def test_self_pairs_have_a_line_only_for_values_that_count_them(tmp_path):
     lines = {group.subject: [row.label for row in group.ranked] for group in table.groups}
     assert lines == {"mpjpe_h.world": ["a>b"], "pooled": ["a>a", "a>b"]}
     assert [row.cells[0].value for row in table.groups[1].ranked] == [0.0, 4.0]
+
+
+def test_usual_columns_that_only_some_data_know_are_missed_when_asked_for_alone(tmp_path):
+    values = {**VALUES, "touch_gap": VALUES["ratio"] | {"label": "gap", "needs": ["touches"]}}
+    place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", WORLD)]), values=values)
+    assert "gap" not in " ".join(cells_of([place], None)["group"].below)
+    assert "not shown: gap" in " ".join(cells_of([place], ["mpjpe_h.world", "touch_gap"])["group"].below)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,14 +25,6 @@ def subsets(matrix: ResultMatrix, count: int, seed: int) -> Iterator[ResultMatri
     for _ in range(count):
         kept = random.permutation(clips) < random.integers(2, clips + 1)
         yield matrix.restricted(kept[matrix.clips], "")
-
-
-def some_methods(matrix: ResultMatrix, count: int, seed: int) -> Iterator[ResultMatrix]:
-    """The matrix of some of its methods, drawn at random."""
-    random = np.random.default_rng(seed)
-    for _ in range(count):
-        kept = random.permutation(len(matrix.rows))[: random.integers(2, len(matrix.rows) + 1)]
-        yield replace(matrix, rows=tuple(matrix.rows[at] for at in sorted(kept)))
 
 
 def contradictions(matrix: ResultMatrix, values: Sequence[str]) -> list[str]:
@@ -64,19 +56,29 @@ def contradictions(matrix: ResultMatrix, values: Sequence[str]) -> list[str]:
     return conflicts
 
 
+def stored(
+    root: Path,
+    numbers: Mapping[str, Sequence[float]],
+    value: str = "mpjpe_h.world",
+    tolerance: float | None = None,
+) -> ResultMatrix:
+    """The matrix of methods with these numbers of clips."""
+    for label, each in numbers.items():
+        store(
+            root, "cross", label, [("x>y", f"clip {n:02}", {value: float(x)}) for n, x in enumerate(each)]
+        )
+    (matrix,) = result_matrix.result_matrices(records.find_results(root))
+    if tolerance is not None:
+        matrix.values[value] = replace(matrix.values[value], tolerance=tolerance)
+    return matrix
+
+
 def test_a_tie_with_one_of_two_that_share_the_best_mark_is_no_equality(tmp_path):
     """Means of 0, 0.9 and 1.5 tolerances. The second shares the mark of the first, and the third is tied
     with it, though it is as near to the second; its p is 1, since others differ more in most flips."""
-    random = np.random.default_rng(0)
-    for label, mean in (("a", 0.0), ("b", 0.009), ("c", 0.015)):
-        noise = random.normal(size=12)
-        numbers = 5.0 + noise - noise.mean() + mean
-        entries = [
-            ("x>y", f"clip {n:02}", {"mpjpe_h.world": float(each)}) for n, each in enumerate(numbers)
-        ]
-        store(tmp_path, "cross", label, entries)
-    (matrix,) = result_matrix.result_matrices(records.find_results(tmp_path))
-    matrix.values["mpjpe_h.world"] = replace(matrix.values["mpjpe_h.world"], tolerance=0.01)
+    noise = np.random.default_rng(0).normal(size=(3, 12))
+    numbers = 5.0 + noise - noise.mean(axis=1, keepdims=True) + [[0.0], [0.009], [0.015]]
+    matrix = stored(tmp_path, dict(zip("abc", numbers, strict=True)), tolerance=0.01)
     ranking = comparing.table_rankings(matrix)["mpjpe_h.world"]
     assert (ranking.order, ranking.equal, ranking.p["c"]) == (("a", "b", "c"), 2, 1.0)
     assert contradictions(matrix, ["mpjpe_h.world"]) == []
@@ -114,10 +116,7 @@ def test_who_is_equal_to_the_best_has_its_p_values(tmp_path):
     random = np.random.default_rng(1)
     hard = random.gamma(2.0, 1.0, 20)
     numbers = {"a": hard, "b": hard[::-1] + 1e-7, "c": 1.2 * hard, "d": 1.1 * hard + random.normal(size=20)}
-    for label, each in numbers.items():
-        entries = [("x>y", f"clip {n:02}", {"mpjpe_h.world": float(x)}) for n, x in enumerate(each)]
-        store(tmp_path, "cross", label, entries)
-    (matrix,) = result_matrix.result_matrices(records.find_results(tmp_path))
+    matrix = stored(tmp_path, numbers)
     rankings = comparing.table_rankings(matrix)
     ranking = rankings["mpjpe_h.world"]
     assert (ranking.order[:2], ranking.equal) == (("a", "b"), 2)
@@ -131,11 +130,7 @@ def test_who_is_equal_to_the_best_has_its_p_values(tmp_path):
 def test_who_is_told_from_the_best_is_told_from_its_equals(tmp_path):
     """0.8 and 1.5 tolerances behind the best: the latter is worse, and 0.7 behind the former."""
     steps = {"a": np.zeros(20), "b": np.tile([0.0, 0.016], 10), "c": np.full(20, 0.015)}
-    for label, each in steps.items():
-        entries = [("x>y", f"clip {n:02}", {"mpjpe_h.world": 1.0 + x}) for n, x in enumerate(each.tolist())]
-        store(tmp_path, "cross", label, entries)
-    (matrix,) = result_matrix.result_matrices(records.find_results(tmp_path))
-    matrix.values["mpjpe_h.world"] = replace(matrix.values["mpjpe_h.world"], tolerance=0.01)
+    matrix = stored(tmp_path, {label: 1.0 + each for label, each in steps.items()}, tolerance=0.01)
     ranking = comparing.table_rankings(matrix)["mpjpe_h.world"]
     assert [ranking.mark(label) for label in "abc"] == ["best", "best", ""]
     (comparison,) = comparing.compare([matrix], "b", "c")
@@ -143,20 +138,11 @@ def test_who_is_told_from_the_best_is_told_from_its_equals(tmp_path):
     assert contradictions(matrix, ["mpjpe_h.world"]) == []
 
 
-def two(root: Path, first: list[float], second: list[float], value: str = "mpjpe_h.world") -> ResultMatrix:
-    for label, numbers in (("one", first), ("two", second)):
-        entries = [("x>y", f"clip {n:02}", {value: number}) for n, number in enumerate(numbers)]
-        store(root, "cross", label, entries)
-    (matrix,) = result_matrix.result_matrices(records.find_results(root))
-    return matrix
-
-
 @pytest.mark.parametrize(("tolerance", "verdict"), [(1e-3, "equal"), (1e-4, "second")])
 def test_a_winner_is_who_has_the_better_mean_by_more_than_the_tolerance(tmp_path, tolerance, verdict):
     """Better by a little on most clips, worse by more on few: 0.0005 on average."""
     better = [2.0 - 9e-4] * 35 + [2.0 + 1.2e-3] * 8
-    matrix = two(tmp_path, [2.0] * 43, better)
-    matrix.values["mpjpe_h.world"] = replace(matrix.values["mpjpe_h.world"], tolerance=tolerance)
+    matrix = stored(tmp_path, {"one": [2.0] * 43, "two": better}, tolerance=tolerance)
     rankings = comparing.table_rankings(matrix)
     ranking = rankings["mpjpe_h.world"]
     (one,) = pairwise.compare(matrix, *matrix.rows, ["mpjpe_h.world"], rankings).differences
@@ -168,7 +154,7 @@ def test_a_winner_is_who_has_the_better_mean_by_more_than_the_tolerance(tmp_path
 
 
 def test_where_a_table_ranks_nobody_a_comparison_has_no_verdict(tmp_path):
-    matrix = two(tmp_path, [1.0] * 12, [2.0 + n / 100 for n in range(12)])
+    matrix = stored(tmp_path, {"one": [1.0] * 12, "two": [2.0 + n / 100 for n in range(12)]})
     (one,) = pairwise.compare(matrix, *matrix.rows, ["mpjpe_h.world"]).differences
     assert one.verdict == "first"
     waiting = (Problem(status="missing", message=WAITING, cases=("x",)),)
@@ -179,13 +165,13 @@ def test_where_a_table_ranks_nobody_a_comparison_has_no_verdict(tmp_path):
 
 
 def test_a_method_beside_itself_is_the_same(tmp_path):
-    matrix = two(tmp_path, [1.0] * 12, [2.0] * 12)
+    matrix = stored(tmp_path, {"one": [1.0] * 12, "two": [2.0] * 12})
     for name in ("one", "two"):
         (comparison,) = comparing.compare([matrix], name, name)
         assert [(each.verdict, each.adjusted) for each in comparison.differences] == [("same", 1.0)]
 
 
 def test_a_value_of_ones_own_is_compared_where_there_is_no_usual_one(tmp_path):
-    matrix = two(tmp_path, [1.0] * 12, [2.0] * 12, value="ratio")
+    matrix = stored(tmp_path, {"one": [1.0] * 12, "two": [2.0] * 12}, value="ratio")
     (comparison,) = comparing.compare([matrix], "one", "two")
     assert [each.value for each in comparison.differences] == ["ratio"]

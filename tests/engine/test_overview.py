@@ -2,12 +2,10 @@
 
 import numpy as np
 import pytest
-from stored import changed, metadata, store
+from stored import metadata, store, with_sets
 
 from retarget_bench.analysis import summary
-from retarget_bench.analysis.selection import Selection
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import store as records
 from retarget_bench.tables import builder, rendering, requested
@@ -16,11 +14,6 @@ from retarget_bench.tables.requested import Request
 
 VALUE = "mpjpe_h.world"
 PEOPLE = {"a": "2", "b": "2"}
-FID = {
-    "label": "FID", "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
-    "meaning": "how unlike real motion", "tolerance": 1e-2, "formula": "", "needs": [],
-    "metric": "fid_structure",
-}  # fmt: skip
 
 
 def stored(root, split, name, numbers, **changes):
@@ -31,14 +24,14 @@ def stored(root, split, name, numbers, **changes):
     return place
 
 
-def with_set(place, value, spread, real="real", floor=1.0):
+def with_fid(place, value, spread, real="real", floor=1.0):
     """A value that differs by about so much, one tenth of the clips with another."""
     tenths = value + spread * np.random.default_rng(int(100 * value)).normal(size=10)
     ends = (value - spread, value + spread)
     values = [SetValue("fid", "two legs", 300, 30, value, *ends, floor, real, "net", without=tuple(tenths))]
-    set_metrics.write(place, [*values, SetValue("fid.structure", "s", 9, 3, reason="too few windows")])
-    set_values = {"fid": FID, "fid.structure": FID}
-    return changed(place, set_values=set_values, metrics={"fid_structure": "1+aa"}, date="2026-01-01")
+    return with_sets(
+        place, [*values, SetValue("fid.structure", "s", 9, 3, reason="too few windows")], "fid"
+    )
 
 
 def overview(places) -> list[Table]:
@@ -93,14 +86,6 @@ def test_where_no_method_answered_all_cases_nobody_is_ranked_and_the_table_says_
     assert note.startswith("cross: no method is ranked by world, since none answered all cases.")
 
 
-def test_a_split_alone_has_n_and_the_same_rows(places):
-    summaries = summary.split_summaries(places, select=Selection())
-    (table,) = builder.tables(summaries)
-    cross = table.groups[0]
-    assert [row.n for row in cross.rows] == ["20", "20", "8/20", "20"]
-    assert [row.label for row in cross.rows] == [row.label for row in only_group(places).rows]
-
-
 def test_few_clips_mark_nobody_and_tell_how_many_would_do(tmp_path):
     for name in range(11):
         numbers = [1.0 + name + n / 100 for n in range(9)]
@@ -115,10 +100,10 @@ def test_few_clips_mark_nobody_and_tell_how_many_would_do(tmp_path):
 
 def test_a_value_of_the_set_of_all_people_is_a_column(tmp_path):
     near, alike, far, other = (stored(tmp_path, "cross", name, [1.0] * 20) for name in ("a", "b", "c", "d"))
-    with_set(near, 2.0, 0.1)
-    with_set(alike, 2.3, 0.1)
-    with_set(far, 9.0, 0.1)
-    with_set(other, 1.5, 0.1, real="other", floor=0.9)
+    with_fid(near, 2.0, 0.1)
+    with_fid(alike, 2.3, 0.1)
+    with_fid(far, 9.0, 0.1)
+    with_fid(other, 1.5, 0.1, real="other", floor=0.9)
     group = only_group([near, alike, far, other])
     fid = next(n for n, column in enumerate(group.columns) if column.id == "fid")
     cells = {row.label: row.cells[fid] for row in group.rows}
@@ -143,23 +128,6 @@ def test_bodies_that_are_left_out_are_told(tmp_path):
     assert table.hints == ("Not shown: four-legged bodies (6 cases, --bodies four-legged).",)
 
 
-@pytest.mark.parametrize("form", ["text", "md", "tex", "html"])
-def test_every_format_says_what_so_few_clips_can_miss(places, form):
-    tables = overview(places)
-    drawn = rendering.text(tables, notes=True) if form == "text" else rendering.RENDERERS[form](tables)
-    assert "20 clips can miss failures on up to 14 % of all clips." in " ".join(drawn.split())
-
-
-def test_floors_are_told_once_for_splits_that_share_a_table(tmp_path):
-    for split in ("self", "cross"):
-        for name in ("a", "b"):
-            place = stored(tmp_path, split, name, [1.0] * 20)
-            with_set(place, 1.0, 0.5, 3.0)
-    drawn = rendering.latex(overview(records.find_results(tmp_path)))
-    lines = [line for line in drawn.splitlines() if line.startswith("% Floor")]
-    assert lines == ["% Floor of FID, that of real motion: cross 1.00, self 1.00."]
-
-
 def test_all_splits_stand_side_by_side_where_they_fit_and_else_below_each_other(places):
     tables = overview(places)
     wide, narrow = (rendering.text(tables, columns=columns) for columns in (100, 24))
@@ -177,13 +145,27 @@ def test_structures_without_values_of_sets_share_one_note(tmp_path):
             SetValue("fid.structure", each, 9, 3, reason=f"fid.structure needs more on {each}")
             for each in ("s", "t")
         ]
-        set_metrics.write(place, lacking)
-        changed(
-            place, set_values={"fid.structure": FID}, metrics={"fid_structure": "1+aa"}, date="2026-01-01"
-        )
+        with_sets(place, lacking)
     summaries = summary.split_summaries(records.find_results(tmp_path))
     (table,) = builder.tables(summaries, with_sets=True)
     assert [line for line in table.hints if line.startswith("No values")] == [
         "No values of sets on bodies of these structures: cross s, cross t, self s, self t. "
         "The first: fid.structure needs more on s."
     ]
+
+
+@pytest.mark.parametrize("form", ["text", "md", "tex", "html"])
+def test_every_format_says_what_so_few_clips_can_miss(places, form):
+    tables = overview(places)
+    drawn = rendering.text(tables, notes=True) if form == "text" else rendering.RENDERERS[form](tables)
+    assert "20 clips can miss failures on up to 14 % of all clips." in " ".join(drawn.split())
+
+
+def test_floors_are_told_once_for_splits_that_share_a_table(tmp_path):
+    for split in ("self", "cross"):
+        for name in ("a", "b"):
+            place = stored(tmp_path, split, name, [1.0] * 20)
+            with_fid(place, 1.0, 0.5, 3.0)
+    drawn = rendering.latex(overview(records.find_results(tmp_path)))
+    lines = [line for line in drawn.splitlines() if line.startswith("% Floor")]
+    assert lines == ["% Floor of FID, that of real motion: cross 1.00, self 1.00."]

@@ -10,7 +10,7 @@ import torch
 
 from retarget_bench import cli
 from retarget_bench.evaluation.predict import Inputs
-from retarget_bench.plugins import parameters, registry
+from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.validate import Validator
 
@@ -95,16 +95,3 @@ def test_validation_gives_what_the_card_needs_and_nothing_else(own_card):
         scores = judge(torch.nn.ModuleDict(), method)
         assert set(method.given) == expected
         assert np.isfinite(judge.decisive(scores))
-
-
-def test_a_card_of_a_property_is_not_the_classes():
-    class Asks:
-        @property
-        def card(self):
-            return "mine"
-
-    class Says:
-        card = "ours"
-
-    assert parameters.class_card(Asks) is None
-    assert parameters.class_card(Says) == "ours"

@@ -24,16 +24,10 @@ from retarget_bench.results import store
 from retarget_bench.tables.builder import tables
 from retarget_bench.tables.model import Table
 
-pytestmark = pytest.mark.usefixtures("in_process")
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
 VALUE, FIT = "mpjpe_h.path_fitted", ("path_fit.level", "path_fit.lift", "path_fit.clips")
 METRICS = ("path_fitted", "position")
-
-
-@pytest.fixture(autouse=True)
-def _toys() -> None:
-    for file in sorted((Path(__file__).parent / "toys").glob("*.py")):
-        registry.add_file(file)
 
 
 def numbers(results: store.Results) -> dict[str, dict[str, float]]:
@@ -115,18 +109,6 @@ def test_order_and_interruption_change_nothing(tmp_path: Path) -> None:
     assert rows("scored later", {"stage": "predict"}, {"stage": "score"}) == once
 
 
-def test_a_metric_that_fails_for_a_pair_is_a_fault_of_its_cases(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (metric,) = bound.metrics(("path_fitted",)).of_pairs
-    monkeypatch.setattr(type(metric), "values", lambda self, clips: [{VALUE: float("nan")}] * len(clips))
-    (results,) = carry_out(tmp_path, "toy_method", metrics=METRICS)
-    (fault,) = results.header.faults
-    assert (fault.metric, len(fault.cases)) == ("path_fitted", 6)
-    assert f"gave nan for {VALUE}" in fault.message
-    assert all("mpjpe_h.world" in values for values in numbers(results).values())
-
-
 def _raises(self, clips):
     yield {VALUE: 1.0}
     raise ValueError("of its own")
@@ -144,6 +126,7 @@ def _endless(self, clips):
         (None, _raises, "of its own"),
         (None, _endless, "gave values of 4 or more clips for 3"),
         (None, lambda self, clips: [{VALUE: "1"}] * 3, "instead of a number"),
+        (None, lambda self, clips: [{VALUE: float("nan")}] * 3, f"gave nan for {VALUE}"),
         (lambda self, comparison: np.float64(1.0), lambda self, clips: [{}] * 2, "gave values of 2"),
         (lambda self, comparison: np.array(np.nan), lambda self, clips: [{}] * 3, "not finite"),
     ],
@@ -234,6 +217,11 @@ def test_tables_say_what_scales_root_paths_and_how_many_clips_fits_are_of(tmp_pa
     assert "Paths are fitted over all clips of a pair of bodies (clips, about: intra 4)." in below
 
 
+def table_of(root: Path) -> Table:
+    (table,) = tables(split_summaries(store.find_results(root)))
+    return table
+
+
 def test_tables_without_fits_name_rules_on_the_clips_of_papers_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -242,14 +230,3 @@ def test_tables_without_fits_name_rules_on_the_clips_of_papers_alone(
     monkeypatch.setattr(defaults, "PAPERS_DATASET", "toy_cases")
     (first, *_) = table_of(tmp_path).groups[0].below
     assert first == "Rule that scales root paths: hip_height for all."
-
-
-def test_a_breakdown_says_what_scales_root_paths(tmp_path: Path) -> None:
-    carry_out(tmp_path, "copy_rotations", "copy_rotations[root_rule=none]", clips=3, metrics=METRICS)
-    (table,) = tables(split_summaries(store.find_results(tmp_path), "target"), by="target")
-    assert table.groups[0].below[0].startswith("Rule that scales root paths: ")
-
-
-def table_of(root: Path) -> Table:
-    (table,) = tables(split_summaries(store.find_results(root)))
-    return table

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
@@ -19,21 +18,7 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.post_processors import Composed
 from retarget_bench.results import predictions, store
 
-pytestmark = pytest.mark.usefixtures("in_process")
-
-HERE = Path(__file__).parent
-TOYS = (
-    HERE / "toys" / "toy_cases.py",
-    HERE / "toys" / "toy_method.py",
-    HERE / "batch_toys" / "toy_batches.py",
-    HERE / "post_toys" / "toy_post.py",
-)
-
-
-@pytest.fixture(autouse=True)
-def _toys():
-    for file in TOYS:
-        registry.add_file(file)
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
 
 def roots(results: store.Results) -> dict[str, np.ndarray]:

@@ -305,11 +305,6 @@ def test_so_it_is_in_a_worker_that_has_numpy_alone(tmp_path, monkeypatch):
     assert (tmp_path / "written").read_text().split() == [str(os.getpid())]
 
 
-def test_time_limits_grow_with_the_frames(case):
-    assert Limits().seconds([case]) == 60.0 + case.source.frames
-    assert Limits(timeout=2.0).seconds([case, case]) == 4.0
-
-
 def test_what_a_data_set_cannot_give_is_unsupported(pool, case):
     class Nothing:
         def __len__(self):
@@ -348,3 +343,8 @@ def test_a_method_is_not_told_which_case_it_is_asked(pool, case, tmp_path, monke
     info = CaseInfo("toy/tall>small/clip 0", "retarget", "intra", "tall", "small", "clip 0")
     (reply,) = pool.worker(Spec("spy")).ask([asked(replace(case, info=info))])
     assert reply.message.startswith("RuntimeError: False")
+
+
+def test_time_limits_grow_with_the_frames(case):
+    assert Limits().seconds([case]) == 60.0 + case.source.frames
+    assert Limits(timeout=2.0).seconds([case, case]) == 4.0

@@ -179,23 +179,6 @@ def test_the_command_prints_the_papers_numbers_where_there_are_no_results(
     assert str(refused.exception) == "there is no folder nowhere"
 
 
-def test_the_command_takes_methods_and_bodies(with_dogs: Path) -> None:
-    def drawn(*words: str) -> str:
-        arguments = ["table", "-r", str(with_dogs), "--paper", "humot-table4", "-f", "csv", *words]
-        result = CliRunner().invoke(commands, arguments)
-        assert result.exit_code == 0, result.output
-        return result.output
-
-    assert '"narrow"' in drawn()
-    assert '"narrow"' not in drawn("-m", "wide")
-    assert '"9"' not in drawn()
-    assert '"9"' in drawn("--bodies", "four-legged")
-    refused = CliRunner().invoke(
-        commands, ["table", "-r", str(with_dogs), "--paper", "pan-table3", "--bodies", "people"]
-    )
-    assert "leave --bodies" in str(refused.exception)
-
-
 def test_ours_stand_under_the_rows_that_they_are_trained_for(tmp_path: Path) -> None:
     store(tmp_path, "intra", "one", all_of(PEOPLE, 0.123456))
     store(tmp_path, "intra", "two", all_of(PEOPLE[:4], 0.2) | all_of(PEOPLE[4:], "failed"))
@@ -210,21 +193,6 @@ def test_ours_stand_under_the_rows_that_they_are_trained_for(tmp_path: Path) -> 
         ("ours (printed)", "", "", ["0.50", "1.62"]),
     ]
     assert combined.notes[0] == "a note"
-
-
-@pytest.mark.parametrize("name", ["pan-table1", "humot-table3", "humot-table4", "humot-table5"])
-def test_footnotes_are_those_of_cells_that_are_shown(with_dogs: Path, name: str) -> None:
-    table = made(with_dogs, name)
-    used = {cell.footnote for cell in table.cells} - {0}
-    assert used == set(range(1, len(table.footnotes) + 1))
-
-
-def test_without_a_number_in_the_printed_columns_one_sentence_stands_for_our_rows(with_dogs: Path) -> None:
-    table = made(with_dogs, "humot-table4")
-    printed, own = table.groups
-    assert all("printed" in row.label for row in printed.rows)
-    assert any("No number in the columns of the paper: narrow, wide" in note for note in table.notes)
-    assert {row.label for row in own.rows} == {"wide", "narrow"}
 
 
 def test_trained_on_other_structures_numbers_of_seen_ones_say_how_many_cases(tmp_path: Path) -> None:

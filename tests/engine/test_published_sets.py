@@ -5,14 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import stored
 
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import store as records
-from retarget_bench.results.header import SCHEMA, STATUSES, parsed
 from retarget_bench.results.result_matrix import result_matrices
-from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables.model import Table
 from retarget_bench.tables.published import printed
 from retarget_bench.tables.published.joined import NOT_PRINTED, joined
@@ -43,28 +42,16 @@ def value(structure: str, number: float | None, kind: str = "", **changes) -> Se
 
 
 def store(
-    root: Path, name: str, values: list[SetValue], split: str = "cross", file: str = "", **changes
+    root: Path,
+    name: str,
+    values: list[SetValue],
+    split: str = "cross",
+    file: str = "",
+    control=False,
+    **changes,
 ) -> None:
-    place = ResultPaths(root, "data", "retarget", split, file or name)
-    place.folder.mkdir(parents=True, exist_ok=True)
-    header = {
-        "schema": SCHEMA,
-        "keys": {},
-        "method": {"name": name, "label": name, "control": False, "privileged": [], "stochastic": False},
-        "dataset": {"name": "data", "label": "data", "content": "c", "notes": []},
-        "values": {},
-        "set_values": DECLARED,
-        "networks": {},
-        "four_legged": ["dog"],
-        "counts": {"asked": 0} | dict.fromkeys(STATUSES, 0),
-        "metrics": {},
-        "problems": [],
-    }  # fmt: skip
-    for key, change in changes.items():
-        header[key] = {**header[key], **change} if isinstance(change, dict) else change
-    if header["four_legged"] is None:
-        del header["four_legged"]
-    records.write_results(place, parsed(header), [], [])
+    place = stored.store(root, split, file or name, [], name=name, label=name, control=control)
+    stored.changed(place, **{"set_values": DECLARED, "four_legged": ["dog"], **changes})
     set_metrics.write(place, values)
 
 
@@ -127,31 +114,19 @@ def test_results_with_references_and_later_seeds_are_not_of_this_table(tmp_path:
     assert by_label["mine"].cells[TO_FOUR].value == 2.0
 
 
-def test_the_floor_is_that_of_most_methods(tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        store(tmp_path, name, [value("dog", 2.0)])
-    store(tmp_path, "lacking", [value("dog", 2.0, real="other", floor=50.0)])
-    assert rows(tmp_path)["floor"].cells[TO_FOUR].value == 5.0
-
-
 def test_a_number_of_other_windows_or_fewer_structures_says_so(tmp_path: Path) -> None:
     for name in ("a", "b"):
         store(tmp_path, name, [value("dog", 2.0), value("man", 3.0), value("child", 4.0)])
-    store(tmp_path, "lacking", [value("dog", 2.0, real="other"), value("man", 3.0)])
+    store(tmp_path, "lacking", [value("dog", 2.0, real="other", floor=50.0), value("man", 3.0)])
     cells = rows(tmp_path)["lacking"].cells
     assert "other windows" in cells[TO_FOUR].reason
     assert "1 structure fewer" in cells[TO_TWO].reason
     assert not any(cell.reason for cell in rows(tmp_path)["a"].numbers.values())
-
-
-def test_methods_are_chosen_and_the_floor_stays(tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        store(tmp_path, name, [value("dog", 2.0)])
-    assert [row.label for row in drawn(tmp_path, "a").groups[0].rows[4:]] == ["a", "floor"]
+    assert rows(tmp_path)["floor"].cells[TO_FOUR].value == 5.0, "that of most methods"
 
 
 def test_controls_stand_apart_and_the_papers_rows_only_where_it_prints(tmp_path: Path) -> None:
-    store(tmp_path, "still", [value("dog", 7.0), value("dog", 1.0, "idle")], method={"control": True})
+    store(tmp_path, "still", [value("dog", 7.0), value("dog", 1.0, "idle")], control=True)
     table = drawn(tmp_path)
     first, *others = table.groups
     assert [row.label for row in first.ranked] == [
@@ -161,12 +136,6 @@ def test_controls_stand_apart_and_the_papers_rows_only_where_it_prints(tmp_path:
     assert all(not group.ranked for group in others)
     assert {row.label for row in first.unranked} == {"still", "floor"}
     assert any("cannot be compared" in note for note in table.notes)
-
-
-def test_without_results_a_note_says_how_to_make_some(tmp_path: Path) -> None:
-    table = drawn(tmp_path)
-    assert len(table.groups[0].ranked) == 4
-    assert any("between=legs]" in note for note in table.notes)
 
 
 @pytest.mark.parametrize("column", TABLE.columns, ids=lambda column: column.label)

@@ -63,21 +63,6 @@ def test_a_worker_is_killed_and_ray_tries_again(tmp_path, local):
     assert ray.is_initialized()  # it was here before
 
 
-def test_a_node_is_lost_and_another_one_goes_on(tmp_path, local):
-    from ray.cluster_utils import Cluster
-
-    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 0})
-    try:
-        nodes = [cluster.add_node(num_cpus=1) for _ in range(2)]
-        ray.init(address=cluster.address, **QUIET)
-        killed = once_running(tmp_path, lambda: cluster.remove_node(nodes[0], allow_graceful=False))
-        assert run(tmp_path, "ray", *SLOW) == local
-        killed.join()
-    finally:
-        ray.shutdown()
-        cluster.shutdown()
-
-
 def test_the_only_node_is_lost_and_what_was_finished_is_kept(tmp_path, local):
     ray.init(num_cpus=1, **QUIET)
     killed = once_running(tmp_path, lambda: [each.kill() for each in started("raylet/raylet")])

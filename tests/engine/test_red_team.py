@@ -34,7 +34,6 @@ ATTACKS = {
     "leak": ("failed", "more than 0.25 GB"),
     "print": ("ok", ""),
     "folders": ("ok", ""),
-    "leave": ("failed", "exit code 7"),
     "crash": ("failed", "signal SIGSEGV"),
     "kill_server": ("failed", "process ended"),
     "stop_server": ("ok", ""),
@@ -44,12 +43,11 @@ ATTACKS = {
     "tamper": ("ok", ""),
     "fill": ("failed", "more than 1 GB of files"),
     "endless": ("failed", "lines of many megabytes"),
-    "naked": ("ok", ""),
     "zombies": ("ok", ""),
     "shared": ("ok", ""),
 }
 MEMORIES = ("remember", "remember_batches")
-QUICK = ("frame", "gc", "setflags", "patch", "print", "folders", "leave", "crash", "tamper", "shared")
+QUICK = ("frame", "gc", "setflags", "patch", "print", "folders", "crash", "tamper", "shared")
 """Attacks that cost neither a time limit nor the process that scores."""
 LIMITS = {"timeout": 4.0, "memory": 0.25, "clips": 1, "jobs": 2}
 
@@ -169,8 +167,6 @@ def _orphans() -> list[psutil.Process]:
     for each in psutil.process_iter():
         try:
             owner = each.environ().get(launch.MARK)
-            if each.cmdline() == ["sleep", "3599.5"]:
-                orphans.append(each)
         except psutil.Error:
             continue
         if owner and not psutil.pid_exists(int(owner.partition("-")[0])):

@@ -12,26 +12,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_plans import asked, carry_out
+from small_plans import TOYS, asked, carry_out
 
 from retarget_bench import files
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner
-from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import case_metadata, journal, predictions, store
-from retarget_bench.results.header import Counts
 
-pytestmark = pytest.mark.usefixtures("in_process")
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
-TOYS = Path(__file__).parent / "toys"
 SHIFT = 0.01  # as in toys/toy_cases.py
-
-
-@pytest.fixture(autouse=True)
-def _toys():
-    for file in sorted(TOYS.glob("*.py")):
-        registry.add_file(file)
 
 
 def test_rows_hold_the_known_error_of_every_case(tmp_path):
@@ -88,14 +79,6 @@ def test_a_case_that_kills_its_worker_costs_that_case_only(tmp_path):
     assert {results.cases[e.case].clip for e in results.entries if e.status == "failed"} == {"clip 0"}
 
 
-def test_unsupported_cases_are_counted_and_named(tmp_path):
-    (results,) = carry_out(tmp_path, "toy_method[does=picky]")
-    assert results.header.counts == Counts(asked=6, ok=3, unsupported=3)
-    (problem,) = results.header.problems
-    assert problem.message == "I only know tall targets"
-    assert all(">small/" in case for case in problem.cases)
-
-
 def test_only_declared_privileged_inputs_reach_a_method(tmp_path):
     peek, other = carry_out(tmp_path, "toy_method[does=peek]", "toy_method[does=other]")
     assert all(entry.values["mpjpe_h.world"] < 1e-4 for entry in peek.entries)
@@ -144,12 +127,6 @@ def test_predict_then_score_is_run(tmp_path):
     assert apart.header.problems == both.header.problems
 
 
-def test_a_method_that_writes_to_its_input_changes_nobody_elses_rows(tmp_path):
-    (alone,) = carry_out(tmp_path / "a", "toy_method")
-    _, beside = carry_out(tmp_path / "b", "toy_method[does=overwrite]", "toy_method")
-    assert alone.paths.rows.read_bytes() == beside.paths.rows.read_bytes()
-
-
 def test_scoring_without_predictions_says_what_is_missing_and_spoils_nothing(tmp_path):
     (results,) = carry_out(tmp_path, "toy_method", stage="score")
     assert results.header.counts.missing == 6
@@ -168,33 +145,27 @@ def test_what_cannot_be_stored_stops_the_run_and_blames_no_method(tmp_path):
     assert results.header.counts.ok == 6
 
 
-def test_results_where_no_folder_can_be(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(BenchError, match="file"):
-        carry_out(tmp_path / "file", "toy_method")
-
-
 def test_no_case_at_all_is_an_error_with_the_data_sets_notes(tmp_path):
     empty = replace(asked(tmp_path, "toy_method"), datasets=(Spec.parse("toy_cases[clips=0]"),))
     with pytest.raises(BenchError, match=r"there is no case in intra\. toy_cases: "):
         runner.run(empty, lambda done, total: None)
 
 
-def test_splits_that_a_data_set_has_not_are_named_with_those_that_it_has(tmp_path):
-    other = replace(asked(tmp_path, "toy_method"), splits=("self",))
-    with pytest.raises(BenchError, match=r"^toy_cases has no split 'self'; it has intra and cross$"):
-        runner.run(other, lambda done, total: None)
-
-
-@pytest.mark.parametrize("line", ['{"foo": 1}', "5", '"text"', "[1, 2]"])
-def test_a_journal_that_somebody_edited_is_read_up_to_there(tmp_path, line):
+@pytest.mark.parametrize("line", ['{"foo": 1}\n', "5\n", '"text"\n', "[1, 2]\n", '{"case": "toy/tall>sm'])
+def test_a_journal_that_was_torn_or_edited_is_read_up_to_there(tmp_path, line):
     (first,) = carry_out(tmp_path, "toy_method")
-    first.paths.header.unlink()
-    journal.open_journal(first.paths, first.header.keys)
-    journal.append_journal(first.paths, first.entries[0])
-    with first.paths.journal.open("a") as file:
-        file.write(line + "\n")
-    assert list(journal.open_journal(first.paths, first.header.keys)) == [first.entries[0].case]
+    place, expected = first.paths, first.paths.rows.read_bytes()
+    place.header.unlink()
+    journal.open_journal(place, first.header.keys)
+    journal.append_journal(place, first.entries[0])
+    content = place.journal.read_bytes()
+    with place.journal.open("a") as file:
+        file.write(line)
+    assert list(journal.open_journal(place, first.header.keys)) == [first.entries[0].case]
+    assert place.journal.read_bytes() == content
+    (again,) = carry_out(tmp_path, "toy_method")
+    assert again.paths.rows.read_bytes() == expected
+    assert not place.journal.exists()
 
 
 def test_redo(tmp_path):
@@ -220,22 +191,6 @@ def test_a_damaged_prediction_is_made_again(tmp_path):
     (again,) = carry_out(tmp_path, "toy_method")
     assert again.paths.rows.read_bytes() == expected
     assert predictions.stored_key(victim)
-
-
-def test_a_torn_journal_line_is_dropped(tmp_path):
-    (first,) = carry_out(tmp_path, "toy_method")
-    place, expected = first.paths, first.paths.rows.read_bytes()
-    place.header.unlink()
-    journal.open_journal(place, first.header.keys)
-    journal.append_journal(place, first.entries[0])
-    content = place.journal.read_bytes()
-    with place.journal.open("ab") as file:
-        file.write(b'{"case": "toy/tall>sm')
-    assert list(journal.open_journal(place, first.header.keys)) == [first.entries[0].case]
-    assert place.journal.read_bytes() == content
-    (again,) = carry_out(tmp_path, "toy_method")
-    assert again.paths.rows.read_bytes() == expected
-    assert not place.journal.exists()
 
 
 def test_what_a_killed_process_was_writing_is_removed(tmp_path):
@@ -310,11 +265,6 @@ def test_a_key_is_pinned():
     )
 
 
-def test_where_the_data_lie_is_no_part_of_their_name(tmp_path):
-    assert bound.dataset(Spec.parse("toy_cases")).slug == "toy_cases"
-    assert bound.dataset(Spec.parse("toy_cases[clips=4]")).slug.startswith("toy_cases-")
-
-
 def test_a_run_leaves_what_tables_need_to_show_it_before_it_is_done(tmp_path):
     counts = []
 
@@ -336,3 +286,9 @@ def test_a_run_leaves_what_tables_need_to_show_it_before_it_is_done(tmp_path):
     assert all(entries == ok and ok + missing == count for entries, ok, missing, count in counts)
     assert store.find_results(tmp_path) == [place]
     assert place.complete
+
+
+def test_results_where_no_folder_can_be(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BenchError, match="file"):
+        carry_out(tmp_path / "file", "toy_method")

@@ -10,21 +10,13 @@ from small_plans import asked
 
 from retarget_bench.analysis import summary
 from retarget_bench.evaluation import runner
-from retarget_bench.plugins import registry
 from retarget_bench.results import store
 from retarget_bench.results.header import parsed
 
-pytestmark = pytest.mark.usefixtures("in_process")
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
-TOYS = Path(__file__).parent / "toys"
 NOISE, COPY = "toy_method[does=noise]", "toy_method"
 VALUE = "mpjpe_h.world"
-
-
-@pytest.fixture(autouse=True)
-def _toys():
-    for file in sorted(TOYS.glob("toy_*.py")):
-        registry.add_file(file)
 
 
 def carried_out(root: Path, *methods: str, seeds: int, **changes) -> list[store.ResultPaths]:

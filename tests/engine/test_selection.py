@@ -52,11 +52,6 @@ def test_who_answers_all_people_is_ranked_among_them(tmp_path):
     assert sections(places)["people"].rankings[VALUE].order == ("people_only", "all")
 
 
-def test_results_without_bodies_are_one_group(tmp_path):
-    place = store(tmp_path, "cross", "m", [("ann>bo", "c1", {VALUE: 1.0})])
-    assert list(sections([place])) == [""]
-
-
 def test_methods_are_chosen_by_label_in_any_case_and_controls_stay(tmp_path):
     places = [stored(tmp_path, "One"), stored(tmp_path, "two"), stored(tmp_path, "still", control=True)]
     assert labels(places, methods=("ONE",)) == ["One", "still"]
@@ -80,32 +75,6 @@ def test_variants_of_the_card_step_back_where_the_method_itself_is_there(tmp_pat
     assert variant in labels(places, variants=True)
     assert labels(places[1:]) == [variant, "copy_rotations[root_rule=hips]"]
     assert labels(places, methods=(variant,)) == [variant]
-
-
-def test_they_step_back_in_results_of_two_folders_too(tmp_path):
-    variant = "copy_rotations[root_rule=none]"
-    method = {"name": "copy_rotations", "label": variant, "parameters": {"root_rule": "none"}}
-    places = []
-    for folder in ("one", "two"):
-        places += [stored(tmp_path / folder, "copy_rotations"), stored(tmp_path / folder, "v", **method)]
-    shown = labels(places)
-    assert len(shown) == 2
-    assert all(each.startswith("copy_rotations (") for each in shown)
-    assert len(labels(places, variants=True)) == 4
-
-
-def test_a_report_leaves_them_out_unless_they_are_asked_for(tmp_path):
-    variant = "copy_rotations[root_rule=none]"
-    stored(tmp_path, "copy_rotations")
-    stored(tmp_path, "v", name="copy_rotations", label=variant, parameters={"root_rule": "none"})
-
-    def shown(table):
-        return {row.label for row in table.groups[0].rows}
-
-    for options in ({}, {"variants": True}, {"methods": [variant]}):
-        chapter = chapters.chapters([tmp_path], **options)[0]
-        assert (variant in shown(chapter.tables[0])) == bool(options)
-        assert (variant in chapter.splits[0].section.rankings[VALUE].order) == bool(options)
 
 
 def answered(places, **choice):
@@ -191,3 +160,17 @@ def test_a_control_that_is_asked_for_comes_without_the_others(tmp_path):
     assert labels(places, methods=("right",)) == ["right"]
     assert labels(places, methods=("m", "right")) == ["m", "right"]
     assert labels(places, methods=("m",)) == ["m", "still", "right"]
+
+
+def test_a_report_leaves_them_out_unless_they_are_asked_for(tmp_path):
+    variant = "copy_rotations[root_rule=none]"
+    stored(tmp_path, "copy_rotations")
+    stored(tmp_path, "v", name="copy_rotations", label=variant, parameters={"root_rule": "none"})
+
+    def shown(table):
+        return {row.label for row in table.groups[0].rows}
+
+    for options in ({}, {"variants": True}, {"methods": [variant]}):
+        chapter = chapters.chapters([tmp_path], **options)[0]
+        assert (variant in shown(chapter.tables[0])) == bool(options)
+        assert (variant in chapter.splits[0].section.rankings[VALUE].order) == bool(options)

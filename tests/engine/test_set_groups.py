@@ -5,7 +5,7 @@ import io
 from dataclasses import replace
 
 import pytest
-from stored import changed, store
+from stored import FID, changed, store, with_sets
 
 from retarget_bench.analysis import summary
 from retarget_bench.api import TWO_LEGS
@@ -14,21 +14,12 @@ from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.tables import builder, rendering
 from retarget_bench.tables.model import NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
 
-FID = {
-    "label": "FID", "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
-    "meaning": "how unlike real motion", "tolerance": 1e-2, "formula": "", "needs": [],
-    "metric": "fid_structure",
-}  # fmt: skip
 COMPLETE = SetValue("fid.structure", "body22", 300, 30, 12.5, 10.0, 15.0, 8.25, "real", "net")
 
 
-def store_sets(root, name, values, date="2026-01-01", metrics="1+aa", declared=True):
+def store_sets(root, name, values, metrics="1+aa", **changes):
     place = store(root, "cross", name, [("a>b", "c1", {"mpjpe_h.world": 1.0})])
-    set_metrics.write(place, values)
-    declared_values = {"set_values": {"fid.structure": FID}} if declared else {}
-    return changed(
-        place, metrics={"fid_structure": metrics} if declared else {}, date=date, **declared_values
-    )
+    return with_sets(place, values, metrics={"fid_structure": metrics}, **changes)
 
 
 def groups(places, columns):
@@ -80,7 +71,7 @@ def test_what_was_measured_otherwise_stays_out_or_says_so(tmp_path):
         store_sets(
             tmp_path, "small", value(value=None, reason="fid.structure needs 1024 windows, here 300")
         ),
-        store_sets(tmp_path, "without", [], declared=False),
+        changed(store_sets(tmp_path, "without", []), metrics={}, set_values={}),
     ]
     table, (group,) = groups(places, ["fid.structure"])
     cells = {row.label: row.cells[0] for row in group.rows}
@@ -102,20 +93,6 @@ def test_they_are_shown_when_asked_for_and_pointed_at_otherwise(tmp_path):
     assert any("--columns fid.structure" in note for note in plain.notes)
     assert builder.all_columns(summary.split_summaries(places))[-1] == "fid.structure"
     assert set_metrics.read(places[0]) == [COMPLETE]
-
-
-def test_of_several_seeds_the_first_is_told(tmp_path):
-    place = changed(store_sets(tmp_path, "m", [COMPLETE]), seeds=[0, 1, 2])
-    _, (group,) = groups([place], ["fid.structure"])
-    assert group.rows[0].cells[0].reason == "of the first of its 3 seeds"
-
-
-def test_csv_names_the_structure(tmp_path):
-    table, _ = groups([store_sets(tmp_path, "m", [COMPLETE])], ["mpjpe_h.world", "fid.structure"])
-    lines = list(csv.DictReader(io.StringIO(rendering.comma_separated([table]))))
-    assert [(row["structure"], row["method"], row["fid.structure"]) for row in lines] == [
-        ("", "m", ""), ("body22", "m", "12.5"),
-    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
@@ -144,18 +121,6 @@ def test_a_set_of_a_metrics_own_has_a_group_with_its_values_alone(tmp_path):
     assert [row.cells[0].value for row in of_people.rows] == [1.05]
 
 
-def test_structures_without_any_value_are_a_sentence(tmp_path):
-    few = SetValue(
-        "fid.structure", "body23", 30, 4, reason="fid.structure needs 1024 windows in each set, here 30"
-    )
-    table, shown = groups([store_sets(tmp_path, name, [COMPLETE, few]) for name in "ab"], ["fid.structure"])
-    assert [group.title.split(" as ")[0][-6:] for group in shown] == ["body22"]
-    assert table.hints == (
-        "No values of sets on bodies of these structures: cross body23. "
-        "The first: fid.structure needs 1024 windows in each set, here 30.",
-    )
-
-
 def test_an_unfinished_split_beside_a_finished_one_says_why_it_has_no_value_of_its_set(tmp_path):
     people = SetValue("fid", TWO_LEGS, 316, 43, 1.05, 0.98, 1.12, 0.75, "real", "net")
     place = store_sets(tmp_path, "m", [people])
@@ -172,13 +137,15 @@ def test_an_unfinished_split_beside_a_finished_one_says_why_it_has_no_value_of_i
     assert "intra: not shown: FID (computed of all cases, once they are done)" in sentences
 
 
-def test_columns_without_any_number_leave_no_legend(tmp_path):
-    few = SetValue(
-        "fid.structure", "body23", 30, 4, reason="fid.structure needs 1024 windows in each set, here 30"
-    )
-    table, shown = groups([store_sets(tmp_path, "one", [few])], ["fid.structure"])
-    text = rendering.text([table])
-    assert not shown
-    assert "here 30" in text
-    assert "number of cases" not in text
-    assert "Means" not in text
+def test_of_several_seeds_the_first_is_told(tmp_path):
+    place = changed(store_sets(tmp_path, "m", [COMPLETE]), seeds=[0, 1, 2])
+    _, (group,) = groups([place], ["fid.structure"])
+    assert group.rows[0].cells[0].reason == "of the first of its 3 seeds"
+
+
+def test_csv_names_the_structure(tmp_path):
+    table, _ = groups([store_sets(tmp_path, "m", [COMPLETE])], ["mpjpe_h.world", "fid.structure"])
+    lines = list(csv.DictReader(io.StringIO(rendering.comma_separated([table]))))
+    assert [(row["structure"], row["method"], row["fid.structure"]) for row in lines] == [
+        ("", "m", ""), ("body22", "m", "12.5"),
+    ]  # fmt: skip

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_plans import asked
+from small_plans import asked, know_toys
 
 from retarget_bench.api import CaseFeatures, CaseInfo
 from retarget_bench.api.comparison import Comparison
@@ -16,20 +16,11 @@ from retarget_bench.errors import FileError
 from retarget_bench.evaluation import runner, set_metrics, waiting
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.set_metrics import draw, evaluate
-from retarget_bench.plugins import bound, registry
+from retarget_bench.plugins import bound
 from retarget_bench.results import store
 from retarget_bench.results.predictions import read_prediction
 
-pytestmark = pytest.mark.usefixtures("in_process")
-
-HERE = Path(__file__).parent
-TOYS = (*sorted((HERE / "toys").glob("*.py")), HERE / "set_toys" / "toy_sets.py")
-
-
-@pytest.fixture(autouse=True)
-def _toys():
-    for file in TOYS:
-        registry.add_file(file)
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
 
 # -------------------------------------------------------------------------------------------------- draws
@@ -167,8 +158,7 @@ def carry_out(*args, **changes) -> list[store.ResultPaths]:
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory) -> list[store.ResultPaths]:
     """The places of a wrong method and of the references."""
-    for file in TOYS:
-        registry.add_file(file)
+    know_toys()
     return carry_out(tmp_path_factory.mktemp("runs"), "toy_method", "reference")
 
 
@@ -265,13 +255,6 @@ def test_cases_that_failed_are_in_no_set(tmp_path):
     assert set_metrics.read(place)[0].n == 12  # of 16 cases, half were answered
 
 
-def test_below_ten_clips_there_is_no_interval(tmp_path):
-    (place,) = carry_out(tmp_path, "toy_method", clips=6)
-    gap, _ = set_metrics.read(place)
-    assert gap.value is not None
-    assert (gap.low, gap.high) == (None, None)
-
-
 def test_the_network_is_part_of_the_key(tmp_path):
     one = carry_out(tmp_path, "toy_method", clips=2)[0]
     before = store.read_header(one.header).keys
@@ -279,13 +262,6 @@ def test_the_network_is_part_of_the_key(tmp_path):
     after = store.read_header(other.header).keys
     assert before["prediction_key"] == after["prediction_key"]
     assert before["score_key"] != after["score_key"]
-
-
-def test_results_without_sets_have_none(tmp_path):
-    (place,) = runner.run(
-        replace(plan(tmp_path, "toy_method", clips=2), metrics=("position",)), lambda done, total: None
-    )
-    assert set_metrics.read(place) == []
 
 
 def test_results_of_other_metrics_keep_no_sets_of_earlier_ones(tmp_path):

@@ -7,27 +7,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_plans import asked
+from small_plans import asked, know_toys
 
 from retarget_bench.api import CaseFeatures, CaseInfo
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.evaluation import runner, set_metrics
 from retarget_bench.evaluation.predict import context_for
-from retarget_bench.evaluation.set_metrics import draw, values
+from retarget_bench.evaluation.set_metrics import draw
 from retarget_bench.evaluation.set_metrics.files import NO_REFERENCE, collect
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.predictions import read_prediction
 
-HERE = Path(__file__).parent
-TOYS = (*sorted((HERE / "toys").glob("*.py")), *sorted((HERE / "set_toys").glob("*.py")))
-
-
-@pytest.fixture(autouse=True)
-def _toys():
-    for file in TOYS:
-        registry.add_file(file)
+pytestmark = pytest.mark.usefixtures("toys")
 
 
 # -------------------------------------------------------------------------------------------------- draws
@@ -84,19 +77,6 @@ def test_answers_decide_nothing_about_the_draw():
     assert draw.draw_apart(answers, infos, moved, real_infos).hash != drawn.hash
 
 
-def test_answers_are_drawn_evenly_over_the_sources_speed(monkeypatch):
-    """Fast windows are rare among the sources; of those drawn, they are not."""
-    monkeypatch.setattr(draw, "MOST", 60)
-    answers, infos, real, real_infos = corpus(clips=40, windows=20)
-    fast = {}
-    for key, each in answers.items():
-        speed = np.where(np.arange(20) % 10 == 0, 0.9, 0.1).astype(np.float32)
-        fast[key] = replace(each, generated=speed[:, None].repeat(3, 1), speed=speed)
-    drawn = draw.draw_apart(fast, infos, real, real_infos)
-    assert drawn.n == 60
-    assert (drawn.generated[0].features[:, 0] > 0.5).mean() == pytest.approx(0.5)
-
-
 # --------------------------------------------------------------------------------------------- whole runs
 def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> list[store.ResultPaths]:
     changes = {"splits": ("cross",), "metrics": ("position", "toy_sets"), **changes}
@@ -105,8 +85,7 @@ def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> 
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory) -> list[store.ResultPaths]:
-    for file in TOYS:
-        registry.add_file(file)
+    know_toys()
     return carry_out(tmp_path_factory.mktemp("apart"), "toy_method", "other_clip")
 
 
@@ -167,13 +146,6 @@ def test_kinds_stand_apart_and_structures_without_real_motion_say_so(finished):
     )
 
 
-def test_files_name_the_kind_and_headers_the_legs(finished):
-    place = finished[0]
-    head = place.sets.read_text().splitlines()[0]
-    assert head == ",".join(values.FIELDS)
-    assert store.read_header(place.header).four_legged == ()
-
-
 def test_other_clip_takes_real_motion_of_the_target(finished):
     """The small body has none and is not answered; the tall one's answers are its own real motion."""
     by_value = {
@@ -200,3 +172,16 @@ def test_data_without_real_motion_say_why_there_is_no_value():
     assert members["toy_sets"].reason == NO_REFERENCE
     assert not faults
     assert collect([metric], loaded, answer, elsewhere=True)[0]["toy_sets"].features is not None
+
+
+def test_answers_are_drawn_evenly_over_the_sources_speed(monkeypatch):
+    """Fast windows are rare among the sources; of those drawn, they are not."""
+    monkeypatch.setattr(draw, "MOST", 60)
+    answers, infos, real, real_infos = corpus(clips=40, windows=20)
+    fast = {}
+    for key, each in answers.items():
+        speed = np.where(np.arange(20) % 10 == 0, 0.9, 0.1).astype(np.float32)
+        fast[key] = replace(each, generated=speed[:, None].repeat(3, 1), speed=speed)
+    drawn = draw.draw_apart(fast, infos, real, real_infos)
+    assert drawn.n == 60
+    assert (drawn.generated[0].features[:, 0] > 0.5).mean() == pytest.approx(0.5)

@@ -64,14 +64,6 @@ def test_results_are_the_same_bytes_in_any_order_and_twice(tmp_path, shuffled):
     assert not (tmp_path / "shuffled" / ".shards").exists()
 
 
-@pytest.mark.parametrize("stage", ["predict", "score"])
-def test_stages_alone_likewise(tmp_path, stage):
-    for executor in ("local", "shuffled"):
-        run(tmp_path / executor, executor, stage="predict")
-        run(tmp_path / executor, executor, stage=stage)
-    assert executing.files(tmp_path / "shuffled") == executing.files(tmp_path / "local")
-
-
 def test_what_a_run_does_not_see_the_next_one_takes_up(tmp_path, monkeypatch):
     monkeypatch.setitem(executors.ENGINES, "interrupted", Interrupted)
     with pytest.raises(KeyboardInterrupt):

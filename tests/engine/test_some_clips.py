@@ -6,28 +6,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_plans import asked
+from small_plans import TOYS, asked
 
 from retarget_bench.analysis.selection import Selection
 from retarget_bench.analysis.summary import split_summaries
 from retarget_bench.api import CaseInfo
 from retarget_bench.cli import main
-from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner, timing
 from retarget_bench.evaluation.clips import chosen
-from retarget_bench.plugins import registry
 from retarget_bench.results import store
 
-pytestmark = pytest.mark.usefixtures("in_process")
-
-HERE = Path(__file__).parent
-VALUE = "mpjpe_h.world"
-
-
-@pytest.fixture(autouse=True)
-def _toys() -> None:
-    for file in sorted((HERE / "toys").glob("*.py")):
-        registry.add_file(file)
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
 
 def run(root: Path, *methods: str, timed: bool = False, **changes) -> list[store.ResultPaths]:
@@ -85,29 +74,6 @@ def test_a_whole_run_goes_on_from_one_of_some_clips(tmp_path):
     assert files(tmp_path / "some") == files(tmp_path / "all")
 
 
-def test_numbers_are_over_the_clips_that_are_there(tmp_path):
-    places = run(tmp_path, "toy_method", "copy_rotations", clips=("clip 1", "clip 3"))
-    (split_summary,) = split_summaries(places, select=Selection())
-    assert (split_summary.so_far, split_summary.clip_count) == ("2 of 5 clips so far", 2)
-    assert {(score.ok, score.asked) for score in split_summary.scores} == {(4, 4)}
-    complete = run(tmp_path / "whole", "toy_method", "copy_rotations")
-    (over_all,) = split_summaries(complete)
-    one, other = (each.scores[0].means[VALUE] for each in (split_summary, over_all))
-    assert (one.n, other.n) == (4, 10)
-
-
-def test_a_table_is_over_the_clips_that_all_of_its_methods_have(tmp_path):
-    places = [*run(tmp_path, "copy_rotations"), *run(tmp_path, limit=1)]
-    (split_summary,) = split_summaries(places, select=Selection())
-    assert {score.label: score.ok for score in split_summary.scores} == {
-        "copy_rotations": 2,
-        "toy_method": 2,
-    }
-    assert split_summary.so_far == "1 of 5 clips so far of toy_method"
-    (alone,) = split_summaries(places, select=Selection(("copy_rotations",)))
-    assert (alone.so_far, alone.scores[0].ok) == ("", 10)
-
-
 def test_a_published_table_is_over_the_clips_that_are_there_and_says_so(tmp_path, capsys):
     run(tmp_path, "copy_rotations", splits=("cross",), limit=2)
     assert "- cross: 2 of 5 clips so far" in table(
@@ -149,40 +115,21 @@ def test_results_that_are_not_complete_have_no_times(tmp_path):
 
 
 def test_batches_are_those_of_the_whole_run(tmp_path):
-    for file in sorted((HERE / "batch_toys").glob("*.py")):
-        registry.add_file(file)
-    name = next(e.name for e in registry.names("methods") if "batch" in e.name)
-    run(tmp_path / "some", name, limit=1)
-    run(tmp_path / "some", name)
-    run(tmp_path / "all", name)
+    run(tmp_path / "some", "toy_batches", limit=1)
+    run(tmp_path / "some", "toy_batches")
+    run(tmp_path / "all", "toy_batches")
     assert files(tmp_path / "some") == files(tmp_path / "all")
 
 
-def test_a_pattern_that_fits_no_clip_is_an_error(tmp_path):
-    with pytest.raises(BenchError, match=r"no clip fits 'walk\*'; there are clip 0, clip 1, .*"):
-        run(tmp_path, clips=("clip 1", "walk*"))
-
-
-def test_no_clip_at_all_is_refused_by_the_command(tmp_path, capsys):
-    """Not taken for all of them."""
-    with pytest.raises(SystemExit) as stop:
-        main(["run", "ik", "--clips", ",", "--out", str(tmp_path)])
-    assert stop.value.code == 2
-    assert "clips: ',' names nothing; leave it out for all" in capsys.readouterr().err
-
-
-def test_the_commands(tmp_path, capsys):
-    toy = HERE / "toys" / "toy_method.py"
-    common = ("-d", HERE / "toys" / "toy_cases.py", "-s", "cross", "--out", tmp_path, "-j", "1")
-    output = table(capsys, "run", "--stage", "predict", toy, "--clips", "clip 0", *common)
+def test_stages_of_some_clips_say_so(tmp_path, capsys):
+    common = ("-d", TOYS / "toy_cases.py", "-s", "cross", "--out", tmp_path, "-j", "1")
+    output = table(
+        capsys, "run", "--stage", "predict", TOYS / "toy_method.py", "--clips", "clip 0", *common
+    )
     assert output.startswith("2 predictions in")
     assert "These are of some clips" in output
-    for stage in ("score", "run"):
-        output = table(
-            capsys, "run", "--stage", stage, "toy_method", "--metrics", "position", "--limit", "1", *common
-        )
-        assert "cross: 1 of 3 clips so far." in output
-        assert "A run without --clips and --limit does the rest" in output
-    assert "cross: 1 of 3 clips so far." in table(capsys, "table", "-r", tmp_path)
-    output = table(capsys, "run", "toy_method", "--metrics", "position", *common)
-    assert "so far" not in output
+    output = table(
+        capsys, "run", "--stage", "score", "toy_method", "--metrics", "position", "--limit", "1", *common
+    )
+    assert "cross: 1 of 3 clips so far." in output
+    assert "A run without --clips and --limit does the rest" in output

@@ -30,11 +30,6 @@ def link(sound: Path) -> None:
     (sound / "secret.txt").symlink_to("/etc/hostname")
 
 
-def linked_card(sound: Path) -> None:
-    (sound / CARD).unlink()
-    (sound / CARD).symlink_to("/etc/passwd")
-
-
 def fifo(sound: Path) -> None:
     (sound / CARD).unlink()
     os.mkfifo(sound / CARD)
@@ -46,10 +41,6 @@ def listening(sound: Path) -> None:
     with socket.socket(socket.AF_UNIX) as one:
         one.bind("a.json")
     os.chdir(where)
-
-
-def large_card(sound: Path) -> None:
-    (sound / CARD).write_text("# " + "x" * 1_000_000)
 
 
 def large_file(sound: Path) -> None:
@@ -80,10 +71,6 @@ class Exploding:
 
 def deep_folders(sound: Path) -> None:
     (sound / Path(*"abcdefg", "h")).mkdir(parents=True)
-
-
-def deep_toml(sound: Path) -> None:
-    rewrite(sound / CARD, "trained_on = []", "trained_on = " + "[" * 9999 + "]" * 9999)
 
 
 def endless(sound: Path) -> None:
@@ -202,11 +189,11 @@ def all_zero(sound: Path) -> None:
 
 
 HOSTILE = [
-    *((link, "secret.txt is a link"), (linked_card, "is a link")),
+    (link, "secret.txt is a link"),
     *((fifo, "is not an ordinary file"), (listening, "is not an ordinary file")),
-    *((large_card, "files of up to 0.001 GB are read"), (large_file, "more than the 1,000,000,000")),
+    (large_file, "more than the 1,000,000,000"),
     *((bomb, "it unpacks to 5,000,"), (pickled, "allow_pickle=False"), (deep_folders, "folders deep")),
-    *((deep_toml, "is not TOML"), (endless, "training_hours: ")),
+    (endless, "training_hours: "),
     (deep_header, "is not a result header"),
     (other_root, "folder needs your files: give --root DIR"),
     *(

@@ -129,18 +129,6 @@ def test_ratios_are_ranked_by_their_factor_from_the_goal_in_every_case(tmp_path)
     assert split_summary.rankings["ratio"].order == ("steady", "swings")
 
 
-def test_curves_have_means_with_intervals_and_no_rank(tmp_path, hard):
-    cases = [
-        ("a>b", clip, {"curve": {"0.1": float(h), "0.2": 2 * float(h)}})
-        for clip, h in zip(CLIPS, hard, strict=True)
-    ]
-    (split_summary,) = summary.split_summaries([store(tmp_path, "intra", "m", cases)])
-    curve = split_summary.scores[0].curves["curve"]
-    assert curve["0.2"].value == pytest.approx(2 * hard.mean(), rel=1e-8)
-    assert curve["0.1"].interval is not None
-    assert split_summary.rankings == {}
-
-
 def test_a_folder_named_twice_is_no_second_seed(tmp_path, hard):
     place = store(tmp_path / "runs", "intra", "m", numbers(hard))
     again = replace(place, root=tmp_path / "runs" / ".." / "runs")

@@ -1,10 +1,13 @@
-"""Means and tables against numbers worked out by hand."""
+"""Means and tables against numbers worked out by hand, and where their rows come from."""
+
+import shlex
 
 import pytest
-from stored import store
+from stored import changed, store
 
 from retarget_bench.analysis import summary
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store as records
 from retarget_bench.tables import builder, rendering
 from retarget_bench.tables.rendering import words
@@ -157,12 +160,6 @@ def test_how_many_cases_stand_behind_a_column_is_told(tmp_path, lacking, counts,
     assert any("no case has a number of all ranked methods" in each for each in group.below) == message
 
 
-def test_columns_unknown_to_every_result_are_refused(tmp_path):
-    place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
-    with pytest.raises(BenchError, match="no result has a value 'mpjpe'"):
-        builder.tables(summary.split_summaries([place]), ["mpjpe"])
-
-
 @pytest.mark.parametrize("columns", [[], ["curve"]])
 def test_no_column_and_curves_are_refused(tmp_path, columns):
     place = store(tmp_path, "intra", "m", [("a>b", "c1", {"curve": {"0.1": 0.5}})])
@@ -188,3 +185,58 @@ def test_results_with_none_of_the_usual_values_show_what_they_have(tmp_path):
         for table in builder.tables(summary.split_summaries([place]), layout=layout):
             shown = [[column.id for column in group.columns] for group in table.groups]
             assert {tuple(ids) for ids in shown} == {("ratio", "pooled")}
+
+
+# ------------------------------------------------------------------------------------- where rows come from
+NUMBERS = [("a>b", "c1", {"mpjpe_h.world": 1.0})]
+DATASET = {
+    "name": "puppets", "parameters": {"size": "tiny"}, "label": "data", "version": "2", "content": "c1",
+    "notes": [],
+}  # fmt: skip
+
+
+def table_of(places):
+    (table,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world"])
+    return table
+
+
+def test_splits_that_were_made_alike_are_told_together(tmp_path):
+    label = "copy[rule='odd; name']"
+    provenance = {"dataset": DATASET, "seeds": [3], "revision": "beef", "versions": {"numpy": "2"}}
+    places = [
+        changed(
+            store(tmp_path, split, "m", NUMBERS, label=label, version="1", code="ab"),
+            **provenance,
+            date=date,
+        )
+        for split, date in (("intra", "2026-01-01T10:00:00+00:00"), ("cross", "2026-01-02T10:00:00+00:00"))
+    ]
+    table = table_of(places)
+    (origin,) = table.provenance
+    assert (origin.splits, origin.date, origin.seeds) == (("cross", "intra"), "2026-01-02", (3,))
+    assert (origin.version, origin.code, origin.revision, origin.versions) == ("1", "ab", "beef", "numpy 2")
+    words = shlex.split(origin.command)
+    assert words[:3] == ["bench", "run", label]
+    assert str(Spec.parse(words[words.index("-d") + 1])) == "puppets[size=tiny]"
+    assert words[-4:] == ["-s", "cross,intra", "--seed", "3"]
+    assert ("version", "2") in table.data
+
+
+@pytest.mark.parametrize("change", [{"seeds": [1]}, {"revision": "dead"}, {"versions": {"numpy": "3"}}])
+def test_what_was_made_otherwise_is_told_apart(tmp_path, change):
+    provenance = {"dataset": DATASET, "seeds": [0], "revision": "beef", "versions": {"numpy": "2"}}
+    one = changed(store(tmp_path, "intra", "m", NUMBERS), **provenance)
+    two = changed(store(tmp_path, "cross", "m", NUMBERS), **provenance | change)
+    assert [origin.splits for origin in table_of([one, two]).provenance] == [("cross",), ("intra",)]
+
+
+def test_predictions_made_elsewhere_are_scored_again(tmp_path):
+    place = store(tmp_path, "intra", "m", NUMBERS, origin="predictions made elsewhere")
+    (origin,) = table_of([place]).provenance
+    assert origin.command == "bench score FOLDER"
+
+
+def test_columns_unknown_to_every_result_are_refused(tmp_path):
+    place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
+    with pytest.raises(BenchError, match="no result has a value 'mpjpe'"):
+        builder.tables(summary.split_summaries([place]), ["mpjpe"])

@@ -2,10 +2,6 @@
 
 import os
 import pty
-import re
-from contextlib import contextmanager
-from pathlib import Path
-from types import SimpleNamespace
 from typing import get_args
 
 import pytest
@@ -14,16 +10,14 @@ from stored import VALUES, changed, store
 
 from retarget_bench.analysis.breakdown import By
 from retarget_bench.cli import group
-from retarget_bench.commands import run
 from retarget_bench.commands.options import screen_width
 from retarget_bench.commands.table import Options
-from retarget_bench.evaluation import runner, timing
+from retarget_bench.evaluation import timing
 from retarget_bench.options import declared
 from retarget_bench.python import progress
 from retarget_bench.results import store as records
 from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
 
-TOYS = Path(__file__).parent / "toys"
 FORMATS = [each for each in declared(Options)["format"].choices if each]
 
 
@@ -67,18 +61,6 @@ def test_an_ending_that_is_no_format_of_tables_is_refused(results, tmp_path, end
     assert file.exists()
 
 
-def test_a_name_without_an_ending_is_text(results, tmp_path):
-    bench(results, "-o", tmp_path / "table")
-    assert (tmp_path / "table").read_text(encoding="utf-8") == bench(results)
-
-
-def test_an_ending_that_a_command_does_not_write_is_refused(results, tmp_path):
-    words = ["compare", "one", "two", "--results", str(results), "-o", str(tmp_path / "c.html")]
-    result = CliRunner().invoke(group, words)
-    assert "c.html is to be html; there are text, md, csv" in str(result.exception)
-    assert not (tmp_path / "c.html").exists()
-
-
 def test_intervals_come_on_request_in_text_and_always_in_pages(results):
     assert "They hold for" not in bench(results)
     assert "They hold for" in bench(results, "--intervals")
@@ -99,18 +81,6 @@ def test_a_task_that_there_is_not_is_told(results):
     assert "there is no task 'upsamle'; results are of retarget, reconstruct" in str(result.exception)
 
 
-def test_speed_is_no_column_of_a_breakdown(results):
-    result = CliRunner().invoke(group, ["table", "-r", str(results), "--by", "clip", "--columns", "fps"])
-    assert result.exit_code != 0
-    assert "fps has no number per clip" in str(result.exception) + result.output
-
-
-@pytest.mark.parametrize("words", [["-r", "nowhere"], ["-d", "other"]])
-def test_what_was_asked_for_and_is_not_there_is_told(results, words):
-    result = CliRunner().invoke(group, ["table", "-r", str(results), *words])
-    assert re.search("no results (in nowhere|of other in)", str(result.exception))
-
-
 @pytest.mark.parametrize("form", FORMATS)
 def test_published_tables_are_drawn_in_every_format(results, form):
     drawn = bench(results, "--paper", "pan-table1", "-f", form)
@@ -118,9 +88,16 @@ def test_published_tables_are_drawn_in_every_format(results, form):
     assert form == "csv" or "all others were computed here" in " ".join(drawn.replace("-{}", "-").split())
 
 
-def test_published_tables_have_their_own_columns(results):
-    result = CliRunner().invoke(group, ["table", "-r", str(results), "--paper", "pan-table1", "--all"])
-    assert "--paper has columns and splits of its own" in str(result.exception)
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["pan-table1", "--all"], "--paper has columns and splits of its own"),
+        (["pan-table3", "--bodies", "people"], "leave --bodies"),
+    ],
+)
+def test_published_tables_have_their_own_columns_and_sets_their_own_bodies(results, words, message):
+    result = CliRunner().invoke(group, ["table", "-r", str(results), "--paper", *words])
+    assert message in str(result.exception)
 
 
 def test_one_split_has_more_columns_and_all_stand_side_by_side(results):
@@ -158,17 +135,6 @@ def test_text_is_as_wide_as_the_terminal(results, monkeypatch, columns, most):
     assert max(map(len, bench(results, "--notes").splitlines())) <= most
 
 
-def test_a_few_columns_of_all_splits_stand_side_by_side(results):
-    for name in ("one", "two"):
-        store(results, "self", name, [("a>a", f"c{n}", {"mpjpe_h.world": 1.0}) for n in range(12)])
-    shown = bench(results, "--columns", "mpjpe_h.world")
-    assert shown.count("\n  method") == 1
-    assert "cross: 12 cases of 12 clips; self: 12 cases" in shown
-    assert (
-        bench(results, "--columns", "mpjpe_h.world", "-s", "cross", "-s", "self").count("\n  method") == 2
-    )
-
-
 @pytest.mark.parametrize("form", ["text", "md", "tex"])
 def test_speeds_are_no_means_and_controls_have_none_worth_telling(results, form):
     numbers = [("a>b", f"c{n}", {"mpjpe_h.world": 9.0}) for n in range(12)]
@@ -180,18 +146,6 @@ def test_speeds_are_no_means_and_controls_have_none_worth_telling(results, form)
     assert "still" not in shown
     assert "means over source clips" not in shown.lower()
     assert "measured once" in shown
-
-
-def test_closing_lines_of_a_run_fit_the_terminal_and_break_no_command(results, monkeypatch, capsys):
-    monkeypatch.setenv("COLUMNS", "80")
-    run._show(
-        records.find_results(results),
-        Path("a-folder-of-results/of-some-length"),
-        variants=True,
-    )
-    lines = capsys.readouterr().out.splitlines()
-    assert max(map(len, lines)) <= 80
-    assert any("bench compare one two -r a-folder-of-results/of-some-length" in each for each in lines)
 
 
 def test_progress_is_a_line_a_minute_where_there_is_no_terminal(monkeypatch, capsys):
@@ -206,19 +160,7 @@ def test_progress_is_a_line_a_minute_where_there_is_no_terminal(monkeypatch, cap
     ]
 
 
-def test_progress_names_methods_and_is_lines_on_a_terminal_without_a_size(results, monkeypatch):
-    output = []
-
-    @contextmanager
-    def bar(what, units):
-        output.append(what)
-        yield lambda done, total: None
-
-    monkeypatch.setattr(run, "progress_bar", bar)
-    monkeypatch.setattr(runner, "run", lambda plan, progress, timed: [])
-    for labels in (["ik"], ["ik", "pan"], ["ik", "pan", "nkn", "humot"]):
-        run.carry_out(SimpleNamespace(methods=labels), "bench run")
-    assert output == ["bench run ik", "bench run ik, pan", "bench run (4 methods)"]
+def test_progress_is_lines_on_a_terminal_without_a_size(monkeypatch):
     master, terminal_fd = pty.openpty()  # as yet without a size
     with os.fdopen(terminal_fd, "w") as terminal:
         monkeypatch.setattr(progress.sys, "stderr", terminal)
@@ -228,20 +170,19 @@ def test_progress_names_methods_and_is_lines_on_a_terminal_without_a_size(result
     os.close(master)
 
 
-def test_a_run_with_ones_own_metric_alone_shows_its_values(tmp_path, in_process, monkeypatch):
-    """Though these are none of the columns that tables have by default."""
-    monkeypatch.chdir(tmp_path)
-    created = CliRunner().invoke(group, ["new", "metric", "my_metric"])
-    assert "bench run ik --metrics my_metric.py" in created.output
-    words = [
-        "run",
-        str(TOYS / "toy_method.py"),
-        "-d",
-        str(TOYS / "toy_cases.py"),
-        "--metrics",
-        "my_metric.py",
-    ]
-    result = CliRunner().invoke(group, [*words, "-s", "cross", "-j", "1"])
-    assert result.exit_code == 0, result.output
-    assert re.search(r"head\s+height ↓", result.output)
-    assert re.search(r"^  toy_method +[0-9.]+", result.output, re.MULTILINE)
+def test_speed_is_no_column_of_a_breakdown(results):
+    result = CliRunner().invoke(group, ["table", "-r", str(results), "--by", "clip", "--columns", "fps"])
+    assert result.exit_code != 0
+    assert "fps has no number per clip" in str(result.exception) + result.output
+
+
+def test_a_name_without_an_ending_is_text(results, tmp_path):
+    bench(results, "-o", tmp_path / "table")
+    assert (tmp_path / "table").read_text(encoding="utf-8") == bench(results)
+
+
+def test_an_ending_that_a_command_does_not_write_is_refused(results, tmp_path):
+    words = ["compare", "one", "two", "--results", str(results), "-o", str(tmp_path / "c.html")]
+    result = CliRunner().invoke(group, words)
+    assert "c.html is to be html; there are text, md, csv" in str(result.exception)
+    assert not (tmp_path / "c.html").exists()

@@ -7,19 +7,15 @@ from small_plans import asked
 
 from retarget_bench.analysis.summary import split_summaries
 from retarget_bench.evaluation import runner, timing
-from retarget_bench.plugins import registry
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder
 
-pytestmark = pytest.mark.usefixtures("in_process")
+pytestmark = pytest.mark.usefixtures("in_process", "toys")
 
-TOYS = Path(__file__).parent / "toys"
 BOTH = ("intra", "cross")
 
 
 def measured(root: Path, *splits: str, **changes) -> list[ResultPaths]:
-    for name in ("toy_cases", "toy_method"):
-        registry.add_file(TOYS / f"{name}.py")
     plan = asked(root, "toy_method", splits=splits, **changes)
     return runner.run(plan, lambda done, total: None, timed=True)
 
@@ -57,6 +53,7 @@ def test_a_busy_moment_is_timed_again_and_the_quietest_counts(tmp_path, monkeypa
     """The machine is busy after the first try, and so before the second, and quiet from then on."""
     marks = iter([1.0, 1.0, 4.0, *[1.0] * 40])
     monkeypatch.setattr(timing, "yardstick", lambda: next(marks))  # the first: of the moment of the run
+    monkeypatch.setattr(timing, "ENOUGH_SECONDS", 0.5)
     (place,) = measured(tmp_path, "cross")
     times = timing.read(place)
     assert len(times) > 1
@@ -80,8 +77,6 @@ def test_a_quieter_moment_times_again_and_a_busier_one_does_not(tmp_path, monkey
 
 
 def test_speeds_of_busier_moments_are_told_apart(tmp_path):
-    for name in ("toy_cases", "toy_method"):
-        registry.add_file(TOYS / f"{name}.py")
     plan = asked(tmp_path, "toy_method", "copy_rotations", "bone_directions", splits=("cross",))
     places = runner.run(plan, lambda done, total: None)
     for place, mark in zip(places, (0.002, 0.0029, 0.005), strict=True):

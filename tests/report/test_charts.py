@@ -4,7 +4,6 @@ import math
 import re
 from dataclasses import replace
 from itertools import combinations, pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,13 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
 
-from retarget_bench.analysis import summary
 from retarget_bench.figures import axis_limits, palette
 from retarget_bench.figures.data import values
 from retarget_bench.figures.palette import COLOURS, CONTROLS, method_style
 from retarget_bench.figures.svg import elements
 from retarget_bench.figures.svg.elements import Scale
-from retarget_bench.report import chapters, motions, page
+from retarget_bench.report import chapters, motions
 from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.result_matrix import ResultMatrix
 from tests.engine.stored import header
@@ -42,12 +40,6 @@ def test_scales_put_numbers_where_they_belong():
     assert [Scale(0, 10, 100, 0)(each) for each in (0, 2.5, 10, 99, -3)] == [100, 75, 0, 0, 100]
     assert [Scale(0.1, 1000, 0, 4, log=True)(each) for each in (0.1, 1, 1000)] == pytest.approx([0, 1, 4])
     assert Scale(0.1, 1000, 0, 4, log=True).ticks() == pytest.approx([0.1, 1, 10, 100, 1000])
-
-
-def test_text_and_attributes_are_escaped():
-    markup = elements.pick('<&">', elements.words(1.0, 2.0, "</text><script>"), method="\"'<x>")
-    assert re.findall(r"<(\w+)", markup) == ["g", "text"]
-    assert 'data-method="&#34;&#39;&lt;x&gt;"' in markup
 
 
 @given(st.text(max_size=40), st.integers(4, 30))
@@ -124,15 +116,6 @@ def test_colours_can_be_seen_on_light_and_dark_paper():
         assert min(_contrast(paper, each) for each in colours) >= 3
 
 
-def test_marks_of_methods_stand_on_paper_at_full_strength():
-    rules = (Path(page.__file__).parent / "pages" / "report.css").read_text(encoding="utf-8")
-    (legend,) = re.findall(r"^\.legend \{([^}]+)\}", rules, re.MULTILINE)
-    assert re.findall(r"background: ([^;]+);", legend) == ["var(--paper)"]
-    (clip,) = re.findall(r"^\.clip \{([^}]+)\}", rules, re.MULTILINE)
-    assert "stroke: var(--c)" in clip
-    assert not re.search(r"(?<!-)opacity:", clip), "overlapping dots are pale inside, and not at their edge"
-
-
 def test_numbers_can_be_read_on_every_shade_and_shades_darken():
     shades = re.findall(r"\.s\d+\{--c:(#\w+);--on:(#\w+)\}", elements.rules([]).split("@media")[0])
     assert len(shades) == palette.SHADES
@@ -171,14 +154,6 @@ def test_names_of_marks_cover_neither_marks_nor_each_other():
 def test_others_lengthen_an_axis_but_not_beyond_what_methods_allow():
     assert axis_limits.top([2.0, 2.0], others=[3.0]) == 3.0
     assert axis_limits.top([2.0, 2.0], others=[3.0, 900.0, math.inf]) == axis_limits.ROOM * 2.0
-
-
-def test_means_are_over_clips_of_means_over_cases():
-    numbers = np.array([[1.0, 3.0, 10.0, math.nan], [math.nan] * 4])
-    clips = np.array([2, 2, 5, 5])
-    first, second = summary.means_over_clips(numbers, clips)
-    assert (first.value, first.n, first.clips) == (6.0, 3, 2)
-    assert second is None
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,6 @@ import pytest
 
 from retarget_bench.errors import BenchError, printable
 from retarget_bench.figures import method_order
-from retarget_bench.figures.data import values
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.report import chapters, motions
@@ -118,34 +117,6 @@ def test_the_page_holds_the_numbers_of_the_results(results, data):
             assert shown == pytest.approx(rows[split["name"], label], rel=5e-4)
             count += len(shown)
     assert count > 20
-
-
-def test_squares_and_kinds_are_means_over_clips(results, tags):
-    (chapter,) = chapters.chapters([results])
-    split = chapter.splits[0]
-    picks = [each for _, each in tags.tags if each.get("data-split") == split.name and "aria-label" in each]
-    squares = [each for each in picks if " to " in each["aria-label"] and each["data-method"] == LABEL]
-    assert len(squares) == 3
-    numbers, _, _ = values.common_numbers(split.matrix, split.main.id)
-    for each in squares:
-        source, target = each["aria-label"].split(f"{split.name}, ")[1].split(": ")[0].split(" to ")
-        errors = [
-            n
-            for n, info in zip(numbers[split.labels.index(LABEL)], split.matrix.cases, strict=True)
-            if (printable(info.source), printable(info.target)) == (source, target)
-        ]
-        number = float(re.search(r": ([\d.]+) % of height", each["aria-label"])[1])
-        assert number == pytest.approx(np.mean(errors), abs=0.5 * 10.0**-split.digits)
-
-
-def test_the_worst_cases_stand_first_behind_a_mark(results, tags):
-    lists = [
-        each["data-worst"].split() for _, each in tags.tags if each.get("data-what", "").startswith("error")
-    ]
-    assert lists
-    for each in lists:
-        numbers = [float(pair.split(":")[1]) for pair in each]
-        assert numbers == sorted(numbers, reverse=True)
 
 
 def test_tables_are_those_of_bench_table(results, tags):

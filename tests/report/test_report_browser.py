@@ -36,6 +36,7 @@ def shown(page):
 def page(report_file, open_page):
     opened = open_page(report_file, width=1200)
     opened.wait_for_selector("#player canvas")
+    opened.on("dialog", lambda dialog: pytest.fail(f"a name was run: {dialog.message}"))
     return opened
 
 

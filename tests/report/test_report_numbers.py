@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import case_metadata, store
 from tests.engine import stored
@@ -30,7 +29,6 @@ STRUCTURES = {"b": "two_legs", "c": "four_legs"}
 def runs(tmp_path_factory):
     """Two methods on two structures, with values of sets; one answered half of the cases of c."""
     root = tmp_path_factory.mktemp("sets")
-    declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid_structure", "needs": []}
     for method, error, lost in (("near", 1.0, 0), ("far", 4.0, 3)):
         rows = [
             (f"a>{target}", f"c{k}", {"mpjpe_h.world": error + 0.1 * k, "ratio": 1 + 0.1 * k})
@@ -44,13 +42,7 @@ def runs(tmp_path_factory):
             SetValue("fid.structure", each, 300, 30, 12.5 * error, 10.0, 50.0, 8.25, "real", "net")
             for each in STRUCTURES.values()
         ]
-        set_metrics.write(place, values)
-        stored.changed(
-            place,
-            metrics={"fid_structure": "1+aa"},
-            date="2026-01-01",
-            set_values={"fid.structure": declared},
-        )
+        stored.with_sets(place, values)
     return root
 
 
@@ -117,24 +109,3 @@ def test_cases_that_means_leave_out_are_told_and_common_ones_are_listed(tmp_path
     assert [each.split(":")[0] for each in left_out] == ["c39"]
     page.locator("tfoot .num").first.click()
     assert names(page) == [f"c{k:02}: a to b" for k in range(38, -1, -1)]
-
-
-def test_a_page_of_sets_alone_lists_the_cases(tmp_path, open_page):
-    declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid_structure", "needs": []}
-    place = stored.store(tmp_path / "runs", "cross", "near", [("a>b", f"c{k}", {}) for k in range(3)])
-    set_metrics.write(
-        place, [SetValue("fid.structure", "two_legs", 300, 30, 12.5, 10.0, 50.0, 8.25, "real", "net")]
-    )
-    stored.changed(
-        place,
-        values={},
-        metrics={"fid_structure": "1+aa"},
-        date="2026-01-01",
-        set_values={"fid.structure": declared},
-    )
-    report(tmp_path / "runs", "-o", tmp_path / "r.html", "--clips", "0")
-    page = open_page(tmp_path / "r.html", width=1200)
-    pressed = page.evaluate(EMPTY)
-    assert pressed["numbers"] >= 2
-    assert pressed["nowhere"] == []
-    assert names(page) == [f"c{k}: a to b" for k in range(3)]

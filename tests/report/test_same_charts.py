@@ -7,7 +7,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from retarget_bench.analysis.summary import Mean
 from retarget_bench.errors import printable
@@ -81,13 +80,6 @@ def matrices(tmp_path_factory):
     return result_matrix.result_matrices(store.find_results(root))
 
 
-def in_file(data: FigureData, path, monkeypatch) -> Figure:
-    figures: list[Figure] = []
-    monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (figures.append(self), path.touch()))
-    drawing.draw(path, data)
-    return figures[0]
-
-
 def on_page(data: FigureData, chart) -> ElementTree.Element:
     drawing = Drawing(method_order.styles(data.methods), {}, {})
     return ElementTree.fromstring(str(drawing.chart(chart)))
@@ -127,11 +119,11 @@ def marked(axes) -> list:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_both_draw_the_same_marks_in_the_same_order_within_the_same_limits(
-    kind, matrices, tmp_path, monkeypatch
+    kind, matrices, tmp_path, figures
 ):
     data = KINDS[kind](matrices)
-    figure = in_file(data, tmp_path / "a.png", monkeypatch)
-    for axes, chart in zip(figure.axes, data.charts, strict=False):
+    drawing.draw(tmp_path / "a.png", data)
+    for axes, chart in zip(figures[0].axes, data.charts, strict=False):
         page = on_page(data, chart)
         match chart:
             case LineChart():

@@ -1,4 +1,4 @@
-"""Cases of derived tasks: which there are, what they ask, and that they never move."""
+"""Cases of derived tasks: which there are, what they ask, that they never move; bodies of some joints."""
 
 from __future__ import annotations
 
@@ -7,15 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import stats
 
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import BenchError, NotSupported, SkeletonError
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.tasks import canonical, definitions
-from retarget_bench.evaluation.tasks.definitions import MAJOR_ROLES
+from retarget_bench.evaluation.tasks.definitions import MAJOR_ROLES, reduced
+from retarget_bench.motion import kinematics
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
+from tests.tasks.toys.toy_people import TREE, body
 
 CHI3 = 2 * np.sqrt(2 / np.pi)
 """Mean length of a vector of three standard normal numbers."""
@@ -137,13 +141,6 @@ def test_uniform_numbers_are_those_of_the_raw_bits():
     assert definitions.uniform(5, 4).tolist() == expected
 
 
-def test_levels_that_are_written_alike_are_one():
-    assert str(task("denoise", levels="1.00000001,1")) == str(task("denoise", levels="1"))
-    assert str(task("joint-completion", levels="0.5,0.50000001")) == str(
-        task("joint-completion", levels="0.5")
-    )
-
-
 def test_asking_fewer_levels_or_motions_leaves_the_others_as_they_are():
     every = {case.info.id: case for case in cases("denoise")}
     few = cases("denoise[levels='5,1',motions=2]")
@@ -186,13 +183,6 @@ def test_hostile_tasks_are_told(task, words):
         plan.data_of(bound.dataset(Spec.parse("toy_people")), task)
 
 
-def test_a_derived_data_set_has_one_task_and_split():
-    derived = plan.data_of(bound.dataset(Spec.parse("toy_people")), "denoise")
-    for task, split in (("retarget", "self"), ("denoise", "intra")):
-        with pytest.raises(NotSupported, match="has the task denoise and the split self alone"):
-            derived.cases(task, split)
-
-
 def test_usual_parameters_are_left_out_and_others_written_one_way():
     assert str(task("denoise", levels="0, 1.0,2,3,4,5,6,8,10")) == "denoise"
     written = task("joint-completion", levels="0.50,major, 0.5", motions=3)
@@ -204,3 +194,47 @@ def test_the_content_tells_tasks_and_levels_apart():
     names = ("reconstruct", "denoise", "denoise[levels=5]", "joint-completion")
     contents = {plan.data_of(bound.dataset(Spec.parse("toy_people")), name).content for name in names}
     assert len(contents) == len(names)
+
+
+# ----------------------------------------------------------------- characters of which some joints are left
+BODY = body("ann", 1.0)
+NAMES = tuple(TREE)
+
+
+def in_reference_pose(character) -> np.ndarray:
+    return kinematics.forward(character.skeleton, character.reference_pose, np.zeros(3))[0]
+
+
+@given(st.sets(st.integers(0, len(NAMES) - 1), min_size=1))
+def test_any_joints_make_a_body(joints):
+    small = reduced(BODY, sorted(joints))
+    assert small.skeleton.names == tuple(NAMES[j] for j in sorted(joints))
+    assert small.roles == tuple(BODY.roles[j] for j in sorted(joints))
+    assert (small.measures, small.structure) == (BODY.measures, BODY.structure)
+    small_places, body_places = in_reference_pose(small), in_reference_pose(BODY)[sorted(joints)]
+    assert np.allclose(small_places - small_places[0], body_places - body_places[0], atol=1e-12)
+    for joint, parent in enumerate(small.skeleton.parents.tolist()):
+        name, above = small.skeleton.names[joint], TREE[small.skeleton.names[joint]][0]
+        while above is not None and above not in small.skeleton.names:
+            above = TREE[above][0]
+        if joint == 0:
+            assert parent == -1
+        else:
+            assert small.skeleton.names[parent] == (above or small.skeleton.names[0]), name
+
+
+def test_all_joints_are_the_body_itself():
+    assert reduced(BODY, range(len(NAMES))) is BODY
+
+
+@pytest.mark.parametrize("joints", [[], [-1, 2], [0, len(NAMES)], [3, 3]])
+def test_joints_that_there_are_not_are_told(joints):
+    with pytest.raises(SkeletonError, match="keep at least one, each once"):
+        reduced(BODY, joints)
+
+
+def test_a_derived_data_set_has_one_task_and_split():
+    derived = plan.data_of(bound.dataset(Spec.parse("toy_people")), "denoise")
+    for task, split in (("retarget", "self"), ("denoise", "intra")):
+        with pytest.raises(NotSupported, match="has the task denoise and the split self alone"):
+            derived.cases(task, split)

@@ -11,7 +11,7 @@ import pytest
 from retarget_bench.api import Case, Context
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation import predict, runner, timing
+from retarget_bench.evaluation import predict, runner
 from retarget_bench.evaluation.plan import data_of
 from retarget_bench.evaluation.prediction import question_files as files
 from retarget_bench.evaluation.prediction.limits import Limits, check_file
@@ -121,16 +121,6 @@ def test_bodies_without_meshes_have_no_case():
         derive(registry.create("datasets", PUPPETS), Spec("points", {"levels": "3"}))
 
 
-def test_point_sets_are_looked_at():
-    body = unknown_body("who")
-    with pytest.raises(BenchError, match="frame 1: points must be"):
-        PointSets(body, (np.zeros((4, 3)), np.zeros((0, 3))), 30.0)
-    with pytest.raises(BenchError, match="frame 0: points are not finite"):
-        PointSets(body, (np.full((4, 3), np.nan),), 30.0)
-    with pytest.raises(BenchError, match="no skeleton"):
-        PointSets(bound.dataset(PUPPETS).built.characters()["ada"], (np.zeros((4, 3)),), 30.0)
-
-
 # ------------------------------------------------------------------------------------------------- files
 def test_points_and_skins_arrive_to_the_last_bit(tmp_path, case):
     ragged = PointSets(
@@ -148,13 +138,6 @@ def test_points_and_skins_arrive_to_the_last_bit(tmp_path, case):
     )
     again = files.read_motion(files.write_motion(tmp_path, "b", skin), case.target)
     assert np.array_equal(again.vertices, skin.vertices)
-
-
-def test_a_mesh_arrives_as_it_is(tmp_path, case):
-    mesh = case.target.mesh
-    again = files.read_mesh(files.write_mesh(tmp_path, "mesh", mesh))
-    for name in ("vertices", "faces", "weights", "pose"):
-        assert np.array_equal(getattr(again, name), getattr(mesh, name))
 
 
 def test_a_stored_skin_is_what_was_scored(tmp_path, case):
@@ -282,8 +265,18 @@ def test_controls_take_part_and_methods_for_skeletons_do_not(tmp_path, case):
     assert np.array_equal(answer.prediction.rotations, case.reference.rotations)
 
 
-def test_methods_are_timed_on_points(tmp_path):
-    plan = asked(tmp_path, "rest_skin", data="few_puppets", splits=("self",), task="points")
-    (place,) = runner.run(plan, lambda done, total: None, timed=True)
-    (time,) = timing.read(place)
-    assert (time.case, time.frames > 0) == ("puppets/ada>ada/walk-001", True)
+def test_point_sets_are_looked_at():
+    body = unknown_body("who")
+    with pytest.raises(BenchError, match="frame 1: points must be"):
+        PointSets(body, (np.zeros((4, 3)), np.zeros((0, 3))), 30.0)
+    with pytest.raises(BenchError, match="frame 0: points are not finite"):
+        PointSets(body, (np.full((4, 3), np.nan),), 30.0)
+    with pytest.raises(BenchError, match="no skeleton"):
+        PointSets(bound.dataset(PUPPETS).built.characters()["ada"], (np.zeros((4, 3)),), 30.0)
+
+
+def test_a_mesh_arrives_as_it_is(tmp_path, case):
+    mesh = case.target.mesh
+    again = files.read_mesh(files.write_mesh(tmp_path, "mesh", mesh))
+    for name in ("vertices", "faces", "weights", "pose"):
+        assert np.array_equal(getattr(again, name), getattr(mesh, name))

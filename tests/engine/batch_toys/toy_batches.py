@@ -1,13 +1,12 @@
 """A method that takes several cases at once, and whose answers show what it was asked together with.
 
 does: ``mix``: answers in a batch are off by a micrometre per frame of the whole batch; ``picky``: likewise,
-and takes tall targets only; ``wait``: likewise, a tenth of a second late; ``raise``, ``nan``, ``few``,
-``die``: goes wrong in a batch, and also alone where the source begins as clip 1 of ``toy_cases`` does.
+and takes tall targets only; ``raise``, ``nan``, ``few``, ``die``: goes wrong in a batch, and also alone
+where the source begins as clip 1 of ``toy_cases`` does.
 """
 
 import os
 import signal
-import time
 
 import numpy as np
 
@@ -42,10 +41,6 @@ class ToyBatches:
         return answers
 
     _picky = _mix
-
-    def _wait(self, answers):
-        time.sleep(0.1)
-        return answers
 
     def _raise(self, answers):
         raise NotSupported("no batch today") if len(answers) > 1 else RuntimeError("no idea")

@@ -29,8 +29,6 @@ class ToyPost:
             motion.root[...] = 0.0
         if self.does == "short":
             return motion.at(slice(1, None))
-        if self.does == "positions":
-            return motion.character.positions(motion.positions, motion.fps)
         scale = 2.0 if self.does == "double" else 1.0
         shift = np.random.default_rng(context.seed).normal() if self.does == "noise" else self.by
         root = motion.root * scale + [0.0, shift, 0.0]

@@ -175,14 +175,6 @@ class Hostile:
         for _ in range(10_000):
             os.write(frame.f_locals["self"].channel.writing, b"x" * 2**16)
 
-    def _naked(self, target):
-        """A process of no parent, no group and no environment."""
-        if not os.fork():
-            os.setsid()
-            if not os.fork():
-                os.execve("/bin/sleep", ["sleep", "3599.5"], {})
-            os._exit(0)
-
     def _zombies(self, target):
         for _ in range(150):
             if not os.fork():
@@ -194,9 +186,6 @@ class Hostile:
 
         block = shared_memory.SharedMemory(create=True, size=2**16, name=f"hostile-{os.getpid()}")
         block.buf[0] = 1
-
-    def _leave(self, target):
-        os._exit(7)
 
     def _crash(self, target):
         ctypes.string_at(0)
