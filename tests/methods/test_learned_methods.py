@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 import torch
 from learned_methods import LEARNED, Learned
-from method_bodies import dance
+from method_bodies import dance, elsewhere
+from scipy.spatial.transform import Rotation
 from torch.utils._pytree import tree_leaves
 from training_material import batch, training_data
 
@@ -53,6 +54,11 @@ PIECES = {
     "paired": "methods.paired.inference.CHUNK",
 }
 """How many frames of a clip go through the networks at once."""
+PATHS = {
+    **dict.fromkeys(("nkn", "nkn_cross", "pmnet", "pmnet_cross", "smrm", "same"), "integrated"),
+    "pan[parts=three]": "decoded",
+}
+"""Whose paths may follow the source's, and the name of their paths that do not."""
 of_each = pytest.mark.parametrize("learned", LEARNED.values(), ids=list(LEARNED))
 PLAIN = {name: each for name, each in LEARNED.items() if "[" not in name or "parts" in name}
 of_plain = pytest.mark.parametrize("learned", PLAIN.values(), ids=list(PLAIN))
@@ -314,6 +320,40 @@ def test_answers_depend_on_source_and_target(learned: Learned) -> None:
     other = learned.source(dance(learned.body(learned.names[0][0]), source.frames, 17))
     one, two = (places(answer(method, each, target)) for each in (source, other))
     assert np.abs(one - two).max() > 1e-3 * target.height
+
+
+@pytest.mark.parametrize("name", [name for name in PLAIN if name not in ("skr", "npt")])
+def test_answers_turn_and_move_with_their_source(name: str) -> None:
+    """But for methods that draw points, which have others then."""
+    learned = LEARNED[name]
+    method, target = learned.method(), learned.body(learned.names[0][2])
+    source = dance(learned.body(learned.names[0][0]), 30)
+    answers = [
+        places(answer(method, learned.source(each), target))
+        for each in (source, elsewhere(source, 130.0), elsewhere(source, 0.0, (3.0, 0.0, -5.0)))
+    ]
+    turned = Rotation.from_euler("Y", 130, degrees=True).apply(answers[0].reshape(-1, 3))
+    np.testing.assert_allclose(answers[1].reshape(-1, 3), turned, atol=2e-5 * target.height)
+    step = answers[2] - answers[0]
+    assert np.abs(step - step[0, 0]).max() < 2e-6 * target.height
+    np.testing.assert_allclose(step[0, 0] / step[0, 0, 0], [1.0, 0.0, -5.0 / 3.0], atol=1e-6)
+
+
+@pytest.mark.parametrize(("name", "summed"), PATHS.items())
+def test_errors_of_relative_paths_fade_and_those_of_summed_ones_add_up(name: str, summed: str) -> None:
+    """Twenty seconds by networks that learnt nothing, whose moves are wrong from beginning to end."""
+    learned = LEARNED[name]
+    body, target = learned.body(learned.names[0][0]), learned.body(learned.names[0][2])
+    source, plain = dance(body, 600), learned.method()
+    ratio, away = target.measures.hip_height / body.measures.hip_height, {}
+    for path in ("relative", summed):
+        method = type(plain)(**{**plain.facts(), "path": path}).using(plain.tensors)
+        off = (answer(method, source, target).root - ratio * source.root)[:, [0, 2]]
+        away[path] = np.linalg.norm(off, axis=-1)
+        assert away[path][0] < 1e-6
+    assert away["relative"][300:].max() < 1.2 * away["relative"][:100].max()
+    assert away[summed][300:].max() > 1.2 * away[summed][:100].max()
+    assert away[summed].max() > 3.0 * away["relative"].max()
 
 
 @pytest.mark.parametrize("name", [name for name in PLAIN if name != "npt"])

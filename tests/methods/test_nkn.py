@@ -1,17 +1,23 @@
-"""nkn as a method: what it learns from, what it answers, and that chunks and company change nothing."""
+"""nkn: what it learns from, motions as it sees them and back, and its answers."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
-from method_bodies import apart, body, carried, dance, without
+from method_bodies import apart, body, carried, dance, elsewhere, without
 from nkn_toys import CAST, structured, training_module
+from scipy.spatial.transform import Rotation
 from training_material import batch
 
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import NotSupported
 from retarget_bench.methods.nkn import plugin
-from retarget_bench.training.layers.kinematic.features import answer
+from retarget_bench.motion import facing, rotation
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.root_rules import MEMORY
+from retarget_bench.training.layers.kinematic.features import Path, Sight, answer, begin, cleaned
 from retarget_bench.training.layers.kinematic.retargeter import Cases
 
 SMALL = {"hidden": 16, "facing": 3.0, "drift": 0.0, "lengths": "world"}
@@ -44,17 +50,6 @@ def test_terms_of_the_ablations():
     assert "drift" in training_module(plugin(**{**SMALL, "drift": 0.1})).losses("generator", now, {})
 
 
-def test_only_rows_of_the_same_body_are_compared_with_their_source():
-    other_bodies = training_module(plugin(same=0.0, **SMALL))
-    terms = other_bodies.losses("generator", batch(other_bodies), {})
-    assert terms["same_places"].item() == terms["same_moves"].item() == 0.0
-    same_bodies = training_module(plugin(same=1.0, **SMALL))
-    memory: dict = {}
-    assert same_bodies.losses("generator", batch(same_bodies), memory)["same_places"].item() > 0.0
-    assert not memory["fakes"]
-    assert same_bodies.losses("discriminator", batch(same_bodies), memory) == {}
-
-
 def test_presets_are_the_papers_and_smaller_ones():
     paper = plugin.presets["paper"]
     assert (paper.steps, paper.batch, paper.window, paper.rate) == (50_000, 16, 60, 1e-4)
@@ -62,22 +57,6 @@ def test_presets_are_the_papers_and_smaller_ones():
 
 
 # ---------------------------------------------------------------------------------------- retargeting
-@pytest.mark.parametrize("path", ["integrated", "relative"])
-def test_chunks_of_any_length_are_the_whole(method, path):
-    source, target = dance(CAST["one"], 60), CAST["long"]
-    method = plugin(**SMALL, path=path).using(method.tensors)
-    sight, complete = method.see(source), carried(method, source, target)
-    lead = sight.hips * target.measures.hip_height / source.character.measures.hip_height
-    for sizes in ([1] * 60, [7, 1, 52], [59, 1]):
-        stream = method.stream(Cases([source.character], [target]))
-        parts, at = [], 0
-        for size in sizes:
-            part = slice(at, at + size)
-            parts.append(stream.advance(*(each[part, None] for each in (sight.poses, sight.turn, lead))))
-            at += size
-        turns, turn, hips = (np.concatenate(each)[:, 0] for each in zip(*parts, strict=True))
-        again = answer(method.body(target), turns, turn, hips, 60, 30.0)
-        assert apart(again, complete) < 1e-6
 
 
 def test_a_stream_keeps_no_more_of_a_long_clip_than_of_a_frame(method):
@@ -87,13 +66,6 @@ def test_a_stream_keeps_no_more_of_a_long_clip_than_of_a_frame(method):
         stream.advance(*(each[:frames, None] for each in (sight.poses, sight.turn, sight.hips)))
         sizes.append(sum(each.untyped_storage().nbytes() for each in stream.held()))
     assert sizes[0] == sizes[1] == 4 * (4 * SMALL["hidden"] + 70 + 1)
-
-
-def test_the_answer_begins_at_the_scaled_place_and_depends_on_the_source(method):
-    target = CAST["small"]
-    answers = [carried(method, dance(CAST["one"], seed=seed), target) for seed in (0, 1)]
-    np.testing.assert_allclose(answers[0].root[0], 0.6 * dance(CAST["one"]).root[0], atol=1e-6)
-    assert apart(*answers) > 1e-3
 
 
 def test_yaw_of_the_source_is_kept_if_asked(method):
@@ -128,13 +100,154 @@ def test_bodies_that_are_not_like_the_22_joints_are_refused_with_a_reason(method
     assert not method.unfit(body("bendy", spines=4))
 
 
-def test_shipped_weights_of_other_parameters_are_refused():
-    with pytest.raises(BenchError, match=r"trained as nkn.*hidden=512"):
-        plugin(hidden=3).supports(CAST["one"], CAST["one"])
-
-
 def test_a_learned_method_of_bodies_of_any_structure():
     """Structures do not matter to nkn, the 22 joints do."""
     mixed = {"one": CAST["one"], "other": structured(body(spines=4), "other", "more spine")}
     module = training_module(plugin(**SMALL), cast=mixed)
     assert list(module.modules["generator"]) == ["body22"]
+
+
+# ------------------------------------------------------------------------------------------------- features
+NKN = plugin(facing=5.0, lengths="world")
+
+
+def at_thirty(motion: Motion, frames: int) -> Motion:
+    """So many frames at 30 per second, the last of which may be beyond the end."""
+    at = np.minimum(np.arange(frames) * motion.fps / 30.0, motion.frames - 1)
+    low = np.minimum(at.astype(int), max(motion.frames - 2, 0))
+    high = np.minimum(low + 1, motion.frames - 1)
+    turns = rotation.slerp(motion.rotations[low], motion.rotations[high], (at - low)[:, None])
+    return motion.character.motion(turns, motion.root[low], 30.0)
+
+
+def back(motion: Motion, sight: Sight, unit: float = 0.01) -> Motion:
+    """The motion from its movements and its own local rotations."""
+    nkn_body = NKN.body(motion.character)
+    turns, _ = nkn_body.see(at_thirty(motion, len(sight.poses)))
+    path = Path(np.array([unit]))
+    turn, hips = path.follow(sight.poses[:, None, -4:], sight.turn[:, None], sight.hips[:, None])
+    turns[:, 0] = rotation.multiply(rotation.conjugate(facing.rotation(sight.turn)), turns[:, 0])
+    return answer(nkn_body, turns, turn[:, 0], hips[:, 0], motion.frames, motion.fps)
+
+
+@pytest.mark.parametrize("lengths", ["world", "body"])
+@pytest.mark.parametrize("name", CAST)
+def test_movements_and_rotations_give_the_motion_back(name, lengths):
+    method = plugin(facing=5.0, lengths=lengths)
+    motion = elsewhere(dance(CAST[name]), 40.0, (2.0, 0.3, -1.0))
+    unit = 0.01 if lengths == "world" else CAST[name].measures.hip_height / 90.0
+    assert apart(back(motion, method.see(motion), unit), motion) < 1e-5
+
+
+def test_places_are_those_of_the_joints_seen_from_where_the_body_faces():
+    motion = dance(CAST["one"])
+    sight, nkn_body = NKN.see(motion), NKN.body(CAST["one"])
+    places = motion.positions[:, list(nkn_body.joints)]
+    yaw = np.angle(sight.turn)
+    for frame in (0, 7, 39):
+        local = Rotation.from_euler("Y", -yaw[frame]).apply(places[frame] - places[frame, 0]) * 100.0
+        local[0, 1] = 100.0 * (places[frame, 0, 1] - places[0, 0, 1])
+        np.testing.assert_allclose(sight.poses[frame, :66].reshape(22, 3), local, atol=1e-3)
+        if frame:
+            step = Rotation.from_euler("Y", -yaw[frame]).apply(places[frame, 0] - places[frame - 1, 0])
+            np.testing.assert_allclose(sight.poses[frame, 66:69], 100.0 * step, atol=1e-3)
+            turn = (yaw[frame] - yaw[frame - 1] + np.pi) % (2 * np.pi) - np.pi
+            assert sight.poses[frame, 69] == pytest.approx(turn, abs=1e-5)
+    np.testing.assert_array_equal(sight.poses[0, 66:], sight.poses[1, 66:])
+
+
+def test_own_lengths_make_scaled_bodies_the_same():
+    method = plugin(lengths="body")
+    motions = [dance(body(scale=scale)) for scale in (1.0, 1.7)]
+    motions[1] = replace(motions[1], root=1.7 * motions[0].root)
+    a, b = (method.see(motion).poses for motion in motions)
+    np.testing.assert_allclose(a, b, atol=1e-3)
+    np.testing.assert_allclose(*(method.bones(motion.character) for motion in motions), atol=1e-3)
+    assert np.abs(NKN.see(motions[0]).poses - NKN.see(motions[1]).poses).max() > 1.0
+
+
+@pytest.mark.parametrize("fps", [24.0, 25.0, 30.0, 60.0, 1 / 0.016667, 59.94, 120.0])
+@pytest.mark.parametrize("frames", [1, 2, 61, 100])
+def test_rates_keep_the_number_of_frames_and_the_motion(fps, frames):
+    slow = dance(CAST["one"], 400)
+    motion = replace(slow.at(slice(0, frames)), fps=fps)
+    result = back(motion, NKN.see(motion))
+    # in between, joints are taken to move straight on and the last moment may lie beyond the clip
+    assert (result.frames, result.fps) == (frames, fps)
+    assert apart(result.at(slice(0, max(frames - 4, 1))), motion.at(slice(0, max(frames - 4, 1)))) < 0.005
+
+
+def test_a_window_begins_at_its_own_height():
+    poses = np.random.default_rng(0).normal(size=(2, 5, 70)).astype(np.float32)
+    window = begin(poses)
+    assert window[:, 0, 1].tolist() == [0.0, 0.0]
+    np.testing.assert_allclose(np.diff(window[..., 1]), np.diff(poses[..., 1]), atol=1e-6)
+    np.testing.assert_array_equal(np.delete(window, 1, -1), np.delete(poses, 1, -1))
+
+
+def source_path(frames: int, rows: int = 2) -> tuple[np.ndarray, np.ndarray]:
+    """Directions ``(frames, rows)`` that turn several times about, and hips ``(frames, rows, 3)``."""
+    numbers = np.random.default_rng(2)
+    turn = np.exp(1j * np.cumsum(numbers.normal(0.2, 0.3, (frames, rows)), axis=0))
+    return turn, np.cumsum(numbers.normal(0.01, 0.01, (frames, rows, 3)), axis=0)
+
+
+@pytest.mark.parametrize("yaw", ["predicted", "source"])
+@pytest.mark.parametrize("kind", ["integrated", "relative"])
+def test_a_path_goes_on_where_its_last_chunk_ended(kind, yaw):
+    moves, (turn, hips) = np.random.default_rng(1).normal(size=(11, 2, 4)), source_path(11)
+    complete, path = (Path(np.array([0.01, 0.02]), kind, yaw) for _ in range(2))
+    at_once = complete.follow(moves, turn, hips)
+    parts = [
+        path.follow(moves[part], turn[part], hips[part])
+        for part in (slice(0, 1), slice(1, 7), slice(7, 11))
+    ]
+    for k in (0, 1):
+        joined = np.concatenate([part[k] for part in parts])
+        if kind == "relative":
+            np.testing.assert_array_equal(joined, at_once[k])
+        else:
+            np.testing.assert_allclose(joined, at_once[k], atol=1e-12)
+    np.testing.assert_allclose(at_once[1][0], hips[0], atol=1e-12)  # the first frame moves nothing
+
+
+@pytest.mark.parametrize("kind", ["integrated", "relative"])
+def test_the_movements_of_the_source_give_its_path(kind):
+    turn, hips = source_path(400)
+    steps = facing.seen(np.diff(hips, axis=0, prepend=hips[:1]), turn)
+    turns = np.angle(turn * np.concatenate([turn[:1], turn[:-1]]).conj())
+    path = Path(np.ones(2), kind).follow(np.concatenate([steps, turns[..., None]], -1), turn, hips)
+    np.testing.assert_allclose(path[0], turn, atol=1e-9)
+    np.testing.assert_allclose(path[1], hips, atol=1e-9)
+
+
+def test_the_published_path_is_the_plain_sum_of_movements():
+    moves, (turn, hips) = np.random.default_rng(3).normal(size=(50, 2, 4)), source_path(50)
+    path = Path(np.array([0.01, 0.02])).follow(moves, turn, hips)
+    moves[0] = 0.0
+    faced = turn[0] * np.exp(1j * np.cumsum(moves[..., 3], axis=0))
+    steps = facing.placed(moves[..., :3] * np.array([[0.01], [0.02]]), faced)
+    np.testing.assert_array_equal(path[0], faced)
+    np.testing.assert_array_equal(path[1], hips[0] + np.cumsum(steps, axis=0))
+
+
+def test_a_constant_error_of_movements_adds_up_to_that_of_the_memory():
+    """A minute of a body that stands, told to go 1 cm and turn 0.01 radians a frame."""
+    moves = np.zeros((1800, 1, 4))
+    moves[..., 0] = 1.0
+    still = np.ones((1800, 1), complex), np.zeros((1800, 1, 3))
+    keep = np.exp(-1.0 / (30.0 * MEMORY))
+    bound = (1.0 - keep ** np.arange(1800)) / (1.0 - keep) * 0.01
+    _, hips = Path(np.array([0.01]), "relative").follow(moves, *still)
+    np.testing.assert_allclose(hips[:, 0, 0], bound, rtol=1e-9)
+    assert hips.max() < 0.01 * (30.0 * MEMORY + 1.0)
+    assert Path(np.array([0.01])).follow(moves, *still)[1].max() == pytest.approx(17.99)
+    moves[..., 0], moves[..., 3] = 0.0, 0.01
+    turn, _ = Path(np.array([0.01]), "relative").follow(moves, *still)
+    np.testing.assert_allclose(np.angle(turn[:, 0]), bound, rtol=1e-9)
+
+
+def test_cleaned_movements_have_the_sources_sign_and_do_not_rise_alone():
+    moves = np.array([[1.0, -2.0, 3.0, -0.5], [-1.0, 2.0, 3.0, 0.5]])
+    source = np.array([[-4.0, 0.5, 0.0, -0.1], [1.0, 0.005, -2.0, 0.1]])
+    assert cleaned(moves, source).tolist() == [[-1.0, 2.0, 0.0, -0.5], [1.0, 0.0, -3.0, 0.5]]

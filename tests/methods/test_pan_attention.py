@@ -12,7 +12,6 @@ from method_bodies import dance
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation import attention as asking
 from retarget_bench.methods.pan import Pan
-from retarget_bench.motion import roles
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 
@@ -109,27 +108,6 @@ def test_a_whole_body_is_one_part():
     assert weights.sees.all()
 
 
-def test_arms_and_tails_are_heeded_by_none_of_three_parts():
-    method = pan_material.trained(pan_material.LEGS, parts="three")
-    body = BODIES["one"]
-    weights = asked(method, method_bodies.dance(body, 4))
-    heeded = {roles.body_part(body.roles[joint]) for joint in weights.joints}
-    assert heeded == {"trunk", "head", "left_leg", "right_leg"}
-    dog = asked(method, method_bodies.dance(BODIES["rex"], 4))
-    names = {BODIES["rex"].skeleton.names[joint] for joint in dog.joints}
-    assert {"Tail", "Tail1"}.isdisjoint(names)
-    assert {"LeftHand", "RightFoot", "Head", "Hips"} <= names
-
-
-def test_of_joints_the_hips_have_the_weight_of_their_rotation_and_of_the_root():
-    method = pan_material.trained(pan_material.LEGS, parts="three", variant="released")
-    weights = asked(method, method_bodies.dance(BODIES["one"], 4))
-    assert len(set(weights.joints)) == len(weights.joints)
-    assert weights.sees[:, weights.joints == BODIES["one"].joint_of["hips"]].all(0).tolist() == [True]
-    assert (weights.weights.sum(-1) < 1.0).all(), "the rest is the token's to itself"
-    assert (weights.weights.sum(-1) > 0.5).all()
-
-
 def test_without_attention_there_is_none_to_show():
     with pytest.raises(NotSupported, match="MLP in the place of attention"):
         asked(fresh(attention=False), method_bodies.dance(BODIES["one"], 4))
@@ -151,9 +129,3 @@ def test_a_body_of_no_known_structure_is_explained():
         role = hugo.roles[joint]
         expected = assignment.layout.edges if role == "hips" else place[role] - 1
         assert weight == pytest.approx(expected / 1000.0), role
-
-
-def test_bodies_that_were_trained_on_need_no_explanation():
-    method = pan_material.trained()
-    for name in pan_material.TWO:
-        assert asked(method, method_bodies.dance(BODIES[name], 2)).note == ""

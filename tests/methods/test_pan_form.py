@@ -17,8 +17,6 @@ from retarget_bench.errors import NotSupported
 from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.assignment import assign, in_layout
 from retarget_bench.motion import rotation
-from retarget_bench.plugins import bound
-from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.layers.skeletal.body import aligned
 from retarget_bench.training.layers.skeletal.features import Features
 
@@ -46,36 +44,6 @@ def test_seen_and_shown_again(features, yaw):
         body = Pan(parts="three").body(BODIES[name])
         motion = dance(pan_material.BODIES[name], 25)
         assert apart(motion, there_and_back(features, motion, body, yaw)) < 1e-9
-
-
-@pytest.fixture(scope="module")
-def puppets():
-    """One body of each structure of the puppets."""
-    cast = bound.dataset(Spec.parse("puppets[size=tiny]")).built.characters().values()
-    return {each.structure: each for each in sorted(cast, key=lambda each: each.name, reverse=True)}
-
-
-@pytest.mark.parametrize("layout", ["body22", "body23", "body28"])
-def test_points_of_pose_estimation_go_through_other_structures(layout, puppets):
-    """Section 6.2.3: h36m17 has no collar bones and no feet beyond the ankle."""
-    points = puppets["h36m17"]
-    body = in_layout(points, Pan().body(puppets[layout]).layout)
-    lacking = [rank for rank, joint in enumerate(body.joints) if joint < 0]
-    assert lacking
-    assert not np.abs(body.bones[[rank - 1 for rank in lacking]]).any()
-    assert sorted(joint for joint in body.joints if joint >= 0) == sorted(aligned(points).joints)
-    motion = method_bodies.dance(points, 12)
-    for features in FORMS:
-        assert apart(motion, there_and_back(features, motion, body, "source")) < 1e-9
-
-
-def test_ends_that_are_not_given_are_at_rest():
-    body = Pan().body(BODIES["one"])
-    motion = dance(pan_material.BODIES["one"], 10)
-    returned = there_and_back(FORMS[0], motion, body, "source", tips=False)
-    assert apart(motion, returned) < 1e-9, "no joint hangs from them, and a place does not tell"
-    hand = BODIES["one"].skeleton.index("LeftHand")
-    assert np.abs(returned.rotations[:, hand] - [1.0, 0.0, 0.0, 0.0]).max() < 1e-9
 
 
 def test_numbers_of_the_root_by_hand():
@@ -168,35 +136,9 @@ def test_bodies_with_a_pelvis_and_without_go_through_one_another_s_structures(fe
     assert turns.max() < 1e-6, "the pelvis follows the hips, and what hangs from it is turned as it was"
 
 
-def test_end_sites_are_where_the_file_has_them():
-    body = Pan(parts="three", variant="released").body(BODIES["one"])
-    names = BODIES["one"].skeleton.names
-    assert {names[body.joints[rank]] for rank in body.end_sites} == {"LeftToeBase", "RightToeBase"}
-    for place in body.end_sites.values():
-        np.testing.assert_allclose(place, [0.0, 0.0, 0.05], atol=1e-9)
-
-
-def test_signs_of_slots_do_not_matter_to_their_mean():
-    body = Pan().body(BODIES["one"])
-    motion = dance(pan_material.BODIES["one"], 6)
-    edges = FORMS[0].see(motion, body)["edges"][:, :-1]
-    flipped = edges.copy()
-    flipped[:, ::2] *= -1.0
-    one, other = (body.motion(each, None, np.zeros((6, 3)), 30.0) for each in (edges, flipped))
-    assert apart(one, other) < 1e-9
-
-
 # ------------------------------------------------------------------------------- another structure
 def _few():
     return pan_material.without(method_bodies.body("few", spines=2), "LeftToe", "RightToe", structure="few")
-
-
-def test_absent_joints_do_not_turn():
-    body = in_layout(_few(), Pan().body(BODIES["one"]).layout)
-    edges = FORMS[0].see(method_bodies.dance(_few(), 8), body)["edges"]
-    for edge, joint in enumerate(body.layout.turned):
-        if body.joints[joint] < 0:
-            np.testing.assert_allclose(np.abs(edges[:, edge]), [[1.0, 0.0, 0.0, 0.0]] * 8, atol=1e-9)
 
 
 def test_joints_that_a_layout_does_not_have_follow_their_parents():

@@ -68,16 +68,6 @@ def test_clips_shorter_than_a_window_are_gone_through_there_and_back(frames):
 
 
 # ---------------------------------------------------------------------------------------- structures
-def test_terms_are_the_same_whichever_structures_a_step_is_about():
-    module = pan_material.training_module(names=THREE, velocity=1.0)
-    losses = [terms(module, training_material.batch(module, seed=seed)) for seed in range(4)]
-    pairs = {
-        tuple(s["structure"] for s in training_material.batch(module, seed=k)["sides"]) for k in range(4)
-    }
-    assert len(pairs) > 1
-    assert all(
-        {p: set(t) for p, t in each.items()} == {p: set(t) for p, t in losses[0].items()} for each in losses
-    )
 
 
 def test_structures_without_a_common_end_effector_have_the_term_all_the_same():
@@ -176,3 +166,50 @@ def test_structures_of_any_name(name):
     loaded = module.method()
     assert len(loaded.structures) == 1
     assert loaded.supports(cast["one"], cast["tall"]) is None
+
+
+# ------------------------------------------------------------------------------------------- initialisation
+def structures(**parameters):
+    return pan_material.training_module(**parameters)._structures
+
+
+def test_what_structures_share_begins_alike():
+    plain, short = structures().values()
+    for name, first in plain.encoder.named_parameters():
+        second = dict(short.encoder.named_parameters())[name]
+        if first.shape == second.shape:
+            assert torch.equal(first, second), name
+    outputs = [dict(zip(each.layout.roles[1:], _biases(each), strict=True)) for each in (plain, short)]
+    both = [role for role in outputs[0] if role and role in outputs[1]]
+    assert len(both) > 10
+    assert all(torch.equal(outputs[0][role], outputs[1][role]) for role in both)
+
+
+def test_slots_of_one_role_are_heard_alike():
+    plain, short = structures().values()
+    heard = [_heard(each) for each in (plain, short)]
+    both = heard[0].keys() & heard[1].keys()
+    assert ("left_arm", "left_hand") in both
+    assert all(torch.equal(heard[0][key], heard[1][key]) for key in both)
+
+
+def test_published_variants_begin_each_for_itself():
+    plain, short = structures(variant="released").values()
+    assert not torch.equal(plain.decoder.inner.weight, short.decoder.inner.weight)
+
+
+def _biases(structure):
+    return structure.decoder.outer.bias.detach().view(-1, 4)[:-1]
+
+
+def _heard(structure):
+    """(part, role) -> weights of the convolution from the edges themselves."""
+    layout = structure.layout
+    weights = structure.encoder.raw.weight.detach()
+    blocks, start = {}, 0
+    for name, part in zip(layout.names, layout.parts, strict=True):
+        for edge in (*part, layout.edges):
+            role = "root" if edge == layout.edges else layout.roles[edge + 1]
+            blocks[name, role] = weights[start : start + 4]
+            start += 4
+    return blocks

@@ -36,12 +36,6 @@ def cast(body: Character, *seeds: int) -> dict[str, dict[str, Clips]]:
 
 
 # -------------------------------------------------------------------------------------- nearest frame
-def test_a_pose_turned_has_the_same_description_in_another_order() -> None:
-    points = np.random.default_rng(0).normal(size=(200, 3)) * [0.3, 0.5, 0.2]
-    still = _described(points, 1.7)
-    for step in (1, 5, _TURNS - 3):
-        description = _described(turned(points, 2.0 * np.pi * step / _TURNS), 1.7)
-        np.testing.assert_allclose(description, np.roll(still, step, axis=1), atol=1e-9)
 
 
 def test_descriptions_are_distances_to_the_nearest_point() -> None:
@@ -50,14 +44,6 @@ def test_descriptions_are_distances_to_the_nearest_point() -> None:
     assert description.shape == (7 * len(_RADII), _TURNS)
     place = np.array([0.0, -1.0, 2.0 * _RADII[0]])  # the lowest inner ring, ahead
     assert description[0, 0] == pytest.approx(np.linalg.norm(points - place, axis=-1).min())
-
-
-def test_the_very_pose_is_found_in_whatever_direction() -> None:
-    album = _Album.of(cast(ONE, 1, 2), ONE, 40)
-    for pose, step in ((3, 0), (17, 9), (31, 30)):
-        vertices = turned(album.vertices[pose], 2.0 * np.pi * step / _TURNS)
-        nearest = album.nearest(vertices + np.array([2.0, 0.5, 1.0]), 8)
-        np.testing.assert_allclose(nearest, vertices, atol=1e-6)
 
 
 def test_descriptions_are_compared_as_if_every_turn_were_described() -> None:

@@ -125,13 +125,6 @@ def test_what_the_method_changes_between_the_bodies_stays():
 
 
 # ------------------------------------------------------------------------------------------- over time
-def test_changes_are_averaged_over_time_and_the_source_is_not():
-    source = dance(body(), 60)
-    trembling = 10.0 * (-1.0) ** np.arange(60)
-    copied = transfer.carry(source, OTHER, "hip_height")
-    inner = slice(15, 45)  # the ends are kept where they are
-    assert far(answered(Lossy(trembling), source, OTHER), copied, inner) < 1e-3
-    assert far(answered(Lossy(trembling), source, OTHER, ["residual[sigma=0]"]), copied) > 0.02
 
 
 def test_the_weights_are_gaussian():
@@ -226,24 +219,6 @@ def test_a_bad_reconstruction_is_told_as_one():
         answered(Bad(), dance(body()), OTHER)
 
 
-def test_what_a_post_processor_does_to_its_reconstruction_is_its_own_affair():
-    class Spoils:
-        card = replace(registry.create("posts", "residual").card, name="spoils", needs="reconstruction")
-
-        def supports(self, source, target):
-            return None
-
-        def process(self, prediction, source, *, context):
-            context.reconstruction.rotations[:] = 7.0
-            return prediction
-
-    source = dance(body())
-    answer = Composed(Lossy(), [Spoils(), registry.create("posts", "residual")]).retarget(
-        source, SMALL, context=Context()
-    )
-    assert far(answer, transfer.carry(source, SMALL, "hip_height")) < 1e-6
-
-
 def test_a_pair_of_which_the_method_does_not_know_the_source_as_a_target_is_unsupported():
     class Picky(Lossy):
         def supports(self, source, target):
@@ -276,20 +251,6 @@ def test_pan_reconstructs_a_source_by_the_networks_that_answer_for_the_target():
     ]
     sizes = [np.arccos(np.abs(each[..., 0]).clip(max=1.0)).mean() for each in apart]
     assert sizes[1] < 0.2 * sizes[0]
-
-
-def test_batches_are_what_single_answers_are():
-    method = pan_material.trained()
-    composed = Composed(method, [registry.create("posts", "residual")])
-    cases = [
-        (dance(pan_material.BODIES[name], frames), pan_material.BODIES[target])
-        for name, target, frames in (("one", "legs", 24), ("legs", "one", 20), ("one", "one", 24))
-    ]
-    sources, targets = zip(*cases, strict=True)
-    together = composed.retarget_batch(sources, targets, contexts=[Context()] * 3)
-    for answer, source, target in zip(together, sources, targets, strict=True):
-        alone = composed.retarget(source, target, context=Context())
-        assert far(answer, alone) < 1e-5 * target.height
 
 
 # --------------------------------------------------------------------------------- what goes before it

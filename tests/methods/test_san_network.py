@@ -9,7 +9,7 @@ import torch
 from san_reference import S23, S28, PlainDiscriminator, make_plain
 
 from retarget_bench.methods.san import San
-from retarget_bench.methods.san.network import Design, Discriminator, Skeletal
+from retarget_bench.methods.san.network import Design, Discriminator
 from retarget_bench.methods.san.skeleton import Edges, layout_of
 from retarget_bench.methods.san.structure import Structure, share_initialisation
 from retarget_bench.plugins.spec import Spec
@@ -43,37 +43,6 @@ def test_neighbours_of_a_small_tree():
         (1, 2, 3, 4),
         (0, 1, 5),
     )
-
-
-def test_the_released_root_is_where_the_first_edge_is_and_does_not_see_itself():
-    fixed, released = (Edges.of(FORK).neighbours(2, rule) for rule in ("fixed", "released"))
-    assert released[:5] == (
-        (0, 1, 2, 3, 5),
-        (0, 1, 2, 3, 4, 5),
-        (0, 1, 2, 3, 4, 5),
-        (0, 1, 2, 3, 4, 5),
-        (1, 2, 3, 4),
-    )
-    assert released[5] == (0, 1, 2, 3)
-    assert [set(neighbours) - {5} for neighbours in released[:5]] == [
-        set(neighbours) - {5} for neighbours in fixed[:5]
-    ]
-
-
-def test_pooling_of_a_small_tree():
-    groups, left = Edges.of(FORK).pooled()
-    assert groups == ((0, 1), (2,), (3, 4), (5,))
-    assert left.pairs == ((0, 2), (2, 3), (2, 5))
-    assert left.pooled() == (((0,), (1,), (2,), (3,)), left)
-
-
-@pytest.mark.parametrize("length", range(1, 7))
-def test_of_an_odd_chain_the_first_edge_stays_alone(length):
-    edges = Edges.of((-1, *range(length)))
-    groups, left = edges.pooled()
-    assert [len(group) for group in groups] == [1] * (length % 2) + [2] * (length // 2) + [1]
-    assert sum(groups, ()) == tuple(range(length + 1))
-    assert left.pooled(entire=True)[0] == (tuple(range(len(left.pairs))), (len(left.pairs),))
 
 
 @pytest.mark.parametrize(
@@ -218,17 +187,6 @@ def test_frozen_weights_answer_alike_and_follow_to_double(design, frames):
     after = structure.answer(structure.encoder(values, structure.codes(bones)), bones)
     torch.testing.assert_close(after, before, rtol=1e-9, atol=1e-12)
     assert after.dtype == torch.float64
-
-
-def test_an_edge_hears_its_neighbours_of_neighbours_alone():
-    """Through one convolution: edges two away, and their root."""
-    design = DESIGNS["fixed"]
-    structure = networks(S28, design)
-    alone = Skeletal(structure.levels.neighbours[0], 4, 8, 15)
-    kernel = alone.dense()[0].reshape(28, 8, 28, 4, 15)
-    heard = (kernel != 0).any(4).any(3).any(1)
-    for slot, others in enumerate(structure.levels.neighbours[0]):
-        assert tuple(heard[slot].nonzero()[:, 0].tolist()) == others
 
 
 def test_structures_begin_with_codes_alike():

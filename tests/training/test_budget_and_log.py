@@ -45,11 +45,6 @@ def test_a_budget_beyond_all_counting_is_one_short_sentence(text):
     assert len(str(caught.value)) < 100
 
 
-def test_the_share_that_is_used_is_of_the_one_that_is_limited():
-    assert Budget(steps=40).used(10, 1e9) == 0.25
-    assert Budget(seconds=40.0).used(10**9, 10.0) == 0.25
-
-
 # ------------------------------------------------------------------------------------------------- log
 def fill(folder, steps, start=0, late=0):
     """A log with a row every two steps; a second term appears after step ``late``."""

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from retarget_bench.errors import BenchError, NotSupported, Unusable
+from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, joint_datasets, request
@@ -136,11 +136,6 @@ def test_the_validation_part_is_of_those_that_have_one(toy_plugins):
     assert not none.training_notes
 
 
-def test_a_data_set_without_motion_is_named(gathered):
-    with pytest.raises(NotSupported, match=r"^toy_walks has no training motion; see"):
-        gathered("toy_walks+toy_walks[kind=empty]")
-
-
 def test_the_first_with_cases_is_the_one_to_test_on(toy_plugins, monkeypatch):
     assert joint_datasets.tested(BOTH) == ONE
     monkeypatch.setattr(
@@ -151,15 +146,6 @@ def test_the_first_with_cases_is_the_one_to_test_on(toy_plugins, monkeypatch):
 
 
 # -------------------------------------------------------------------------------------------- to train
-def test_the_motion_of_both_is_gathered(gathered):
-    alone, data = gathered(ONE), gathered(BOTH)
-    assert data.structures == {"toy": ("small", "small-2", "tall", "tall-2")}
-    assert data.frames == 2 * alone.frames
-    for name, own in alone.clips.items():
-        for again in (data.clips[name], data.clips[f"{name}-2"]):
-            assert [clip.arrays["root"].tolist() for clip in again] == [
-                clip.arrays["root"].tolist() for clip in own
-            ]
 
 
 def test_a_worker_knows_no_more_than_the_spec(gathered, tmp_path):

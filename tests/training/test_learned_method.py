@@ -213,16 +213,6 @@ def test_the_same_weights_by_two_paths_are_one_row(shifter, tmp_path):
     assert len(carry_out(tmp_path / "runs", *both)) == 1
 
 
-def test_other_weights_under_the_same_name_are_computed_anew(shifter, tmp_path):
-    write(shifter / "weights", 0.01, "walks")
-    (first,) = carry_out(tmp_path / "runs", "shifter")
-    write(shifter / "weights", 0.5, "walks")
-    bound._method.cache_clear()
-    (second,) = carry_out(tmp_path / "runs", "shifter")
-    assert first.header.keys != second.header.keys
-    assert first.header.method.label == second.header.method.label == "shifter"
-
-
 # ------------------------------------------------------------------------------------------ bench info
 FULL = {
     "data": {"spec": "puppets[size=default]", "label": "puppets-1.0 default", "clips": 800, "hours": 1.21},
@@ -261,11 +251,6 @@ def test_a_card_is_told_in_words():
     assert len(points) == 9
     assert text["has seen"] == "characters small; structures toy; kinds wiggle"
     assert text["hash"] == "ff"
-
-
-def test_a_card_may_tell_little():
-    keys = [line.partition(":")[0] for line in described({**card(), "hash": "ff"})]
-    assert keys == ["trained as", "has seen", "hash"]
 
 
 def test_cards_from_before_they_told_of_motion_and_scoring_are_shown(shifter):

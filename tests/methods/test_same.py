@@ -1,19 +1,25 @@
-"""What SAME sees: the authors' features, and what they must not depend on."""
+"""SAME's features beside the authors' arrays and closed forms, and its answers."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 import same_material
+import torch
 from method_bodies import dance
 
-from retarget_bench.methods.same import features
+from retarget_bench.api import Context
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.methods.same import Same, features
 from retarget_bench.methods.same.bodies import body, unfit
-from retarget_bench.methods.same.features import BEFORE, CHANGE, CONTACT, POSITION, ROOT, VELOCITY, see
-from retarget_bench.methods.same.inference import integrated
-from retarget_bench.motion import kinematics, rotation, transfer
+from retarget_bench.methods.same.features import BEFORE, CHANGE, CONTACT, ROOT, VELOCITY, see
+from retarget_bench.methods.same.inference import integrated, retargeted
+from retarget_bench.methods.same.released import MODEL, STATISTICS
+from retarget_bench.motion import facing, kinematics, rotation, transfer
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.skeleton import EndSite, Skeleton
+from retarget_bench.plugins import bound
+from retarget_bench.plugins.spec import Spec
 
 
 @pytest.fixture
@@ -59,31 +65,6 @@ def test_features_are_the_authors(real_data, pair) -> None:
 
 
 # -------------------------------------------------------------------------------------------- properties
-def test_where_it_is_and_faces_changes_nothing(motion) -> None:
-    same_body = body(motion.character)
-    features, other = see(same_body, motion), see(same_body, moved(motion, 2.1, (3.0, 0.0, -5.0)))
-    np.testing.assert_allclose(features, other, atol=1e-3)
-    higher = see(same_body, moved(motion, 0.0, (0.0, 0.5, 0.0)))
-    np.testing.assert_allclose(higher[:, 0, ROOT.stop - 1] - features[:, 0, ROOT.stop - 1], 50.0, atol=1e-3)
-
-
-def test_the_first_frame_moves_as_the_second_does(motion) -> None:
-    features = see(body(motion.character), motion)
-    for columns in (VELOCITY, CHANGE):
-        np.testing.assert_array_equal(features[0, :, columns], features[1, :, columns])
-    np.testing.assert_array_equal(features[0, 0, 9:12], features[1, 0, 9:12])
-    np.testing.assert_allclose(
-        features[..., POSITION] - features[..., VELOCITY] / 30.0, features[..., BEFORE], atol=1e-4
-    )
-
-
-def test_one_frame_stands_still(motion) -> None:
-    features = see(body(motion.character), motion.at(slice(1)))
-    assert not features[..., VELOCITY].any()
-    assert not features[0, 0, 9:12].any()
-    np.testing.assert_array_equal(
-        features[..., CHANGE], np.broadcast_to([1, 0, 0, 0, 1, 0], features[..., CHANGE].shape)
-    )
 
 
 def test_moves_add_up_to_the_path(motion) -> None:
@@ -97,14 +78,6 @@ def test_moves_add_up_to_the_path(motion) -> None:
     np.testing.assert_allclose(hips, transfer.hips(spun), atol=1e-5)
     turned = rotation.about(np.array([0.0, 1.0, 0.0]), angles)
     assert np.degrees(rotation.angle(turned, facing)).max() < 1e-3
-
-
-def test_twist_leaves_no_turn_about_the_vertical_axis() -> None:
-    any_ = rotation.from_rotation_vector(np.random.default_rng(0).normal(size=(50, 3)))
-    rest = rotation.multiply(rotation.conjugate(features.twist(any_)), any_)
-    assert np.abs(rest[:, 2]).max() < 1e-12
-    upside_down = np.array([[0.0, 1.0, 0.0, 0.0]])
-    np.testing.assert_array_equal(features.twist(upside_down), [[1, 0, 0, 0]])
 
 
 def test_low_and_slow_nodes_are_in_contact() -> None:
@@ -162,3 +135,86 @@ def test_bodies_without_hips_are_refused() -> None:
     )
     assert "no joint of thing is known as hips" in unfit(thing)
     assert unfit(same_material.BODIES["plain"]) == ""
+
+
+# -------------------------------------------------------------------------------------------------- answers
+BODIES = same_material.BODIES
+
+
+# ------------------------------------------------------------------------------------------ the authors'
+@pytest.mark.parametrize("pair", same_material.PAIRS)
+def test_the_whole_way_is_the_authors(real_data, tmp_path, pair) -> None:
+    """From two files to where all joints are, up to where the path begins; centimetres."""
+    arrays = same_material.oracle(real_data)
+    source, target = (
+        same_material.standing(real_data / "same_pairs" / name) for name in arrays[f"{pair}/files"]
+    )
+    source = source.at(slice(41))  # the authors leave out the first frame, which has no frame before it
+    answer = retargeted(same_material.released(arrays, tmp_path), source, target.character)
+    target_names = arrays[f"{pair}/target/names"].tolist()
+    names = [name for name in target_names if not name.endswith("_End")]
+    expected = arrays[f"{pair}/output/world_positions"][:, [target_names.index(name) for name in names]]
+    actual = 100 * answer.positions[1:, [target.skeleton.index(name) for name in names]]
+    level = [each - each[:1, :1] * [1, 0, 1] for each in (actual, expected)]
+    paths = [(each[..., 2] + 1j * each[..., 0]).ravel() for each in level]
+    turn = np.vdot(*paths)
+    placed = facing.placed(level[0], turn / abs(turn))
+    assert np.linalg.norm(placed - level[1], axis=-1).max() < 0.01
+
+
+def test_released_files_are_read_and_known_by_what_they_hold(real_data, tmp_path) -> None:
+    arrays = same_material.oracle(real_data)
+    folder = same_material.write_released(arrays, tmp_path)
+    method = Same(weights=str(folder))
+    assert method.supports(BODIES["plain"], BODIES["small"]) is None
+    assert method.weights_label == f"authors-{method.weights_hash[:8]}"
+    assert Same.card_of(str(folder))["hash"] == method.weights_hash
+    assert Same(weights=str(folder / MODEL)).weights_hash == method.weights_hash  # a file for its folder
+    answer = method.retarget(dance(BODIES["plain"]), BODIES["small"], context=Context())
+    assert np.isfinite(answer.positions).all()
+    stored = torch.load(folder / STATISTICS, weights_only=True)
+    torch.save(stored | {"q_m": stored["q_m"] + 1}, folder / STATISTICS)
+    assert Same(weights=str(folder)).weights_hash != method.weights_hash
+
+
+def test_files_that_are_not_the_authors_are_refused_in_a_sentence(tmp_path) -> None:
+    statistics = {f"{part}_{kind}": torch.ones(6) for part in ("lo", "go") for kind in "ms"}
+    torch.save(statistics, tmp_path / STATISTICS)
+    with pytest.raises(FileError, match=f"lacks {MODEL}; SAME needs both"):
+        Same(weights=str(tmp_path)).supports(BODIES["plain"], BODIES["small"])
+    for wrong, message in (
+        ([1, 2], "holds something else than named tensors"),
+        ({3: torch.ones(2)}, "holds something else than named tensors"),
+        ({"weights": 1}, "holds no network of SAME's"),
+        ({"model": {}}, "lacks SAME's statistics q_m, p_m"),
+    ):
+        torch.save(wrong, tmp_path / MODEL)
+        with pytest.raises(FileError, match=message):
+            _ = Same(weights=str(tmp_path)).tensors
+    torch.save({"model": {"encoder.0.convs.3.bias": torch.full((16,), torch.inf)}}, tmp_path / MODEL)
+    with pytest.raises(FileError, match=rf"{MODEL}: encoder\.0\.convs\.3\.bias .*not finite"):
+        _ = Same(weights=str(tmp_path)).tensors
+    torch.save({"model": {}}, tmp_path / MODEL)
+    parts = ("lo", "go", "q", "p", "r", "pv", "qv", "pprev")
+    statistics |= {f"{part}_{kind}": torch.ones(6) for part in parts for kind in "ms"}
+    torch.save({**statistics, "r_s": torch.full((4,), torch.nan)}, tmp_path / STATISTICS)
+    with pytest.raises(FileError, match=f"{STATISTICS}: r_s .*not finite"):
+        _ = Same(weights=str(tmp_path)).tensors
+
+
+def test_another_network_under_the_authors_names_is_refused(real_data, tmp_path) -> None:
+    arrays = dict(same_material.oracle(real_data))
+    del arrays["state/encoder.0.convs.3.bias"]
+    folder = same_material.write_released(arrays, tmp_path)
+    with pytest.raises(BenchError, match=r"encoder\.3\.bias is missing"):
+        Same(weights=str(folder)).retarget(dance(BODIES["plain"]), BODIES["small"], context=Context())
+
+
+# ------------------------------------------------------------------------------------ bodies and lengths
+def test_dogs_and_rigs_of_puppets() -> None:
+    cast = bound.dataset(Spec.parse("puppets")).built.characters()
+    method = same_material.trained()
+    for name in ("fox", "hugo", "dora"):
+        assert method.supports(cast[name], cast["fox"]) is None
+        answer = method.retarget(dance(cast[name], 12), cast["fox"], context=Context())
+        assert np.isfinite(answer.positions).all()

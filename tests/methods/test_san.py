@@ -1,16 +1,20 @@
-"""SAN while it is trained: gradients, structures, that it learns, heights, its weights."""
+"""SAN while it is trained, and its answers."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import san_material
 import torch
 import training_material
-from san_material import BODIES, LEGS
+from method_bodies import apart, dance
+from san_material import BODIES, trained
 
+from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.san import San
-from retarget_bench.methods.san.losses import Heights, end_effectors
+from retarget_bench.methods.san.losses import Heights
+from retarget_bench.motion.character import Character
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.phases import optimiser_phases
 
@@ -40,26 +44,7 @@ def test_a_weight_of_zero_leaves_a_term_out():
     assert set(losses["generator"]) == {"edges", "root"}
 
 
-def test_structures_of_other_chains_learn_together():
-    """People and dogs: a tail, which people do not have, comes out of nothing."""
-    module = san_material.training_module(LEGS, structures="all")
-    losses = terms(module, training_material.batch(module))
-    assert all(each.isfinite() for phase in losses.values() for each in phase.values())
-    dog = module._structures["dog_four_legged"]
-    assert set(dog.layout.names) - set(module._structures["plain"].layout.names) == {"tail"}
-
-
 # ------------------------------------------------------------------------------------------- losses
-def test_end_effectors_that_rest_count_more():
-    """One of two rests in the answer; both are off by 0.001 heights a frame, along one axis."""
-    source, answer = torch.zeros(1, 5, 2, 3), torch.zeros(1, 5, 2, 3)
-    time = torch.arange(5.0)
-    source[:, :, 0, 0] = 0.001 * time
-    source[:, :, 1, 0], answer[:, :, 1, 0] = 0.003 * time, 0.002 * time
-    assert end_effectors(source, answer).item() == pytest.approx(101 * (10 * 0.001) ** 2 / 3, rel=1e-4)
-    moving = answer.clone()
-    moving[:, :, 0, 0] = 0.002 * time
-    assert end_effectors(source, moving).item() == pytest.approx((10 * 0.001) ** 2 / 3, rel=1e-4)
 
 
 def test_heights_learn_and_keep_their_mean():
@@ -106,4 +91,59 @@ def test_bodies_that_are_not_asked_for_are_not_trained_on():
         San(cycle=float("inf"))
 
 
-# ------------------------------------------------------------------------------------------- weights
+# -------------------------------------------------------------------------------------------------- answers
+def answer(source: str, target: str, frames: int = 40, **parameters):
+    motion = dance(BODIES[source], frames)
+    return trained(**parameters).retarget(motion, BODIES[target], context=Context())
+
+
+def test_a_body_of_a_known_structure_need_not_have_been_trained_on():
+    stranger = Character.of("stranger", BODIES["tall"].skeleton, structure="plain")
+    motion = dance(BODIES["legs"], 32)
+    assert trained().supports(motion.character, stranger) is None
+    assert trained().retarget(motion, stranger, context=Context()).character is stranger
+
+
+def test_other_structures_are_refused_in_a_sentence():
+    method = trained()
+    dog = BODIES["rex"]
+    assert method.supports(BODIES["one"], dog) == (
+        "rex is of structure dog, and these weights know plain, short_spine"
+    )
+    odd = Character.of("odd", BODIES["legs"].skeleton, structure="plain")
+    assert "other joints than the plain" in method.supports(odd, BODIES["one"])
+    with pytest.raises(NotSupported, match="these weights know"):
+        method.retarget(dance(BODIES["one"], 20), dog, context=Context())
+
+
+def test_people_and_dogs_exchange_motions():
+    names = san_material.LEGS
+    method = trained(names, structures="all")
+    for source, target in (("one", "rex"), ("pup", "tall")):
+        answer = method.retarget(dance(BODIES[source], 24), BODIES[target], context=Context())
+        assert np.isfinite(answer.positions).all()
+
+
+def shown(name):
+    """The motions of a body that methods of ``san_material`` are trained on."""
+    return tuple(dance(BODIES[name], frames, seed) for seed, frames in enumerate((30, 40)))
+
+
+def test_statistics_of_a_target_come_from_training_or_from_its_references():
+    own = San("released", target_stats="own").using(trained(variant="released").tensors)
+    assert own.card.needs == ("target_motions",)
+    motion = dance(BODIES["one"], 40)
+    with pytest.raises(NotSupported, match="no motion of legs"):
+        own.retarget(motion, BODIES["legs"], context=Context())
+    leaked = own.retarget(motion, BODIES["legs"], context=Context(target_motions=shown("legs")))
+    honest = answer("one", "legs", variant="released")
+    assert apart(leaked, honest) < 1e-3  # trained on these very motions
+    other = own.retarget(motion, BODIES["legs"], context=Context(target_motions=shown("stout")))
+    assert apart(other, honest) > 1e-3
+
+
+def test_ends_of_chains_are_copied_or_rest():
+    still = answer("one", "tall", tips="rest")
+    hand = BODIES["tall"].skeleton.index("LeftHand")
+    assert np.ptp(answer("one", "tall").rotations[:, hand], axis=0).max() > 1e-2
+    assert np.ptp(still.rotations[:, hand], axis=0).max() < 1e-6

@@ -1,7 +1,8 @@
-"""What SMRM sees of a motion, against plain geometry."""
+"""What SMRM sees of a motion, against plain geometry, and its answers."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import method_bodies
@@ -9,11 +10,12 @@ import numpy as np
 import pytest
 import smrm_material
 import torch
+from method_bodies import apart, carried, dance
 
 from retarget_bench.methods.smrm.features import Features, unfit
+from retarget_bench.methods.smrm.inference import retargeted
 from retarget_bench.motion import facing
 from retarget_bench.motion.body22 import JOINTS
-from retarget_bench.motion.root_rules import MEMORY
 from retarget_bench.motion.structures import reduce
 
 FORMS = [
@@ -22,25 +24,13 @@ FORMS = [
 ]
 
 
-def dance(name: str = "one", frames: int = 25):
+def danced(name: str = "one", frames: int = 25):
     return method_bodies.dance(smrm_material.BODIES[name], frames)
-
-
-def turned_about(motion, degrees: float, shift: np.ndarray):
-    """The same motion seen from elsewhere."""
-    from retarget_bench.motion import rotation
-
-    turn = np.exp(1j * np.radians(degrees))
-    rotations = motion.rotations.copy()
-    rotations[:, 0] = rotation.multiply(facing.rotation(np.array(turn)), rotations[:, 0])
-    return motion.character.motion(
-        rotations, facing.placed(motion.root, np.array(turn)) + shift, motion.fps
-    )
 
 
 @pytest.mark.parametrize("features", FORMS, ids=str)
 def test_what_is_seen_gives_the_motion_back(features):
-    motion = dance()
+    motion = danced()
     encoded, body = features.see(motion), features.body(motion.character)
     moves = features.moves(encoded["hips"], encoded["before"], encoded["turn"])
     for kind in ("integrated", "relative"):
@@ -48,29 +38,9 @@ def test_what_is_seen_gives_the_motion_back(features):
         np.testing.assert_allclose(again.positions, motion.positions, atol=1e-6)
 
 
-def test_a_constant_error_of_moves_does_not_grow_with_time():
-    """A minute of a step too long by a hundredth of the hips' height in every frame."""
-    features, motion = FORMS[0], dance(frames=1800)
-    encoded, body = features.see(motion), features.body(motion.character)
-    moves = features.moves(encoded["hips"], encoded["before"], encoded["turn"]) + np.array([0.0, 0.0, 0.01])
-    turns = encoded["turn"][:, 0] + 1j * encoded["turn"][:, 1]
-    off, total, summed = np.zeros((1800, 2)), np.zeros(2), np.zeros(2)
-    for frame in range(1, 1800):
-        step = 0.01 * body.unit * np.array([turns[frame].imag, turns[frame].real])
-        summed, total = summed + step, np.exp(-1 / (30 * MEMORY)) * total + step
-        off[frame] = total
-    relative_error, plain = (
-        features.motion(body, encoded["rotations"], moves, encoded, motion.root, kind).root - motion.root
-        for kind in ("relative", "integrated")
-    )
-    np.testing.assert_allclose(relative_error[:, [0, 2]], off, atol=1e-6)
-    np.testing.assert_allclose(plain[-1, [0, 2]], summed, atol=1e-6)
-    assert np.abs(relative_error).max() < 0.01 * body.unit * (30 * MEMORY + 1)
-
-
 @pytest.mark.parametrize("features", FORMS, ids=str)
 def test_positions_are_those_of_the_22_joints_from_where_it_faces(features):
-    motion = dance()
+    motion = danced()
     encoded, joints = features.see(motion), list(reduce(motion.character, "body22").joints)
     unit = motion.character.measures.hip_height if features.normalisation == "body" else 1.0
     turn = facing.facing(motion.positions, motion.character) if features.yaw == "removed" else np.ones(25)
@@ -79,20 +49,8 @@ def test_positions_are_those_of_the_22_joints_from_where_it_faces(features):
     np.testing.assert_allclose(encoded["positions"], expected, atol=1e-9)
 
 
-@pytest.mark.parametrize("root", ["height", "displacement", "position"])
-def test_where_one_stands_and_looks_is_not_seen(root):
-    features = Features("body", root, "removed")
-    motion = dance()
-    there = turned_about(motion, 77.0, np.array([3.0, 0.0, -2.0]))
-    one, other = features.see(motion), features.see(there)
-    np.testing.assert_allclose(one["positions"], other["positions"], atol=1e-9)
-    np.testing.assert_allclose(np.abs((one["rotations"] * other["rotations"]).sum(-1)), 1.0, atol=1e-9)
-    moves = [features.moves(each["hips"], each["before"], each["turn"]) for each in (one, other)]
-    np.testing.assert_allclose(*moves, atol=1e-9)
-
-
 def test_a_larger_copy_looks_the_same_in_its_own_unit_alone():
-    small, large = dance("one"), dance("tall")
+    small, large = danced("one"), danced("tall")
     expected = large.character.measures.hip_height / small.character.measures.hip_height
     for normalisation, ratio in (("body", 1.0), ("none", expected)):
         features = Features(normalisation, "height", "removed")
@@ -114,18 +72,60 @@ def test_velocity_is_the_change_of_place(root):
     np.testing.assert_allclose(np.diff(path, axis=0), np.diff(hips, axis=0), atol=1e-12)
 
 
-def test_windows_of_a_clip_have_the_path_of_the_clip():
-    features = Features("body", "height", "removed")
-    encoded = features.see(dance(frames=40))
-    window = {key: array[13:33] for key, array in encoded.items()}
-    moves = features.moves(window["hips"], window["before"], window["turn"])
-    path = features.path(torch.from_numpy(moves), torch.from_numpy(window["turn"])).numpy()
-    expected = window["hips"] - window["hips"][0] * [1.0, 0.0, 1.0]
-    np.testing.assert_allclose(path, expected, atol=1e-9)
-
-
 def test_says_why_a_body_is_none_that_it_knows():
     assert unfit(method_bodies.body()) == ""
     assert unfit(method_bodies.body(spines=2)) == ""
     assert "left_hand" in unfit(method_bodies.without(method_bodies.body(), "LeftHand"))
     assert unfit(method_bodies.body(spines=5)) == ""
+
+
+# -------------------------------------------------------------------------------------------------- answers
+BODIES = smrm_material.BODIES
+
+
+@pytest.fixture(scope="module")
+def training_module():
+    module = smrm_material.training_module()
+    with torch.no_grad():  # answers that differ from frame to frame, as trained ones do
+        module.generator.turns.weight.mul_(10.0)
+    return module
+
+
+@pytest.fixture(scope="module")
+def method(training_module):
+    return training_module.method()
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 64, 1000])
+@pytest.mark.parametrize("path", ["integrated", "relative"])
+@pytest.mark.parametrize("root", ["height", "displacement", "position"])
+def test_chunks_of_any_size_give_what_the_whole_gives(chunk, root, path):
+    module = smrm_material.training_module(root=root)
+    source = dance(smrm_material.BODIES["one"], 90)
+    at_once, parts = (
+        retargeted(module.generator.eval(), module.features, [source], [BODIES["legs"]], size, path)[0]
+        for size in (90, chunk)
+    )
+    assert apart(at_once, parts) < 1e-6
+
+
+@pytest.mark.parametrize("fps", [25.0, 29.0, 50.0, 59.94, 90.0, 240.0, 1000.0])
+def test_no_clip_stands_still_at_its_end(method, fps):
+    source = dance(smrm_material.BODIES["one"], 170)
+    positions = carried(method, replace(source, fps=fps), BODIES["tall"]).positions
+    assert (np.abs(np.diff(positions[-40:], axis=0)).max(axis=(1, 2)) > 0).all()
+
+
+@pytest.mark.parametrize("fps", [29.97, 30000 / 1001, 30.03])
+def test_rounded_rates_are_thirty(method, fps):
+    source = dance(smrm_material.BODIES["one"], 170)
+    actual, plain = (carried(method, replace(source, fps=rate), BODIES["tall"]) for rate in (fps, 30.0))
+    assert actual.fps == fps
+    np.testing.assert_array_equal(actual.positions, plain.positions)
+
+
+def test_training_goes_on_as_it_was(training_module):
+    training_module.generator.train()
+    carried(training_module.method(), dance(smrm_material.BODIES["one"], 10), BODIES["tall"])
+    assert training_module.generator.training
+    assert training_module.generator.encoder.training

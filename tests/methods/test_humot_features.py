@@ -1,18 +1,20 @@
-"""What HuMoT sees of a body, and parts of skeletons as skeletons of their own."""
+"""What HuMoT sees of a body, parts of skeletons, and windows turned ahead."""
 
 from __future__ import annotations
 
 import numpy as np
-import pan_material
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from retarget_bench.methods.humot.features import (
     HEIGHTS,
     MAJOR,
     body,
+    headings,
     parents_among,
+    rotated,
     size_factor,
     stature,
     unfit,
@@ -20,8 +22,6 @@ from retarget_bench.methods.humot.features import (
 )
 from retarget_bench.methods.humot.training import DROP_MAJOR, DROP_OTHER, subsampled
 from retarget_bench.motion.aligned import neutral_pose
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 
@@ -59,34 +59,6 @@ def test_places_of_the_joints_seen_come_back(structure):
     motion = character.motion(np.repeat(neutral_pose(character)[None], 4, axis=0), root, 30.0)
     back = humot_body.positions(humot_body.see(motion), 30.0)
     np.testing.assert_allclose(back.positions, motion.positions, atol=1e-9)
-
-
-def test_joints_that_are_not_seen_follow_their_bones():
-    """A finger of a hand that is moved with the fore-arm."""
-    names = ("Hips", "Spine", "Head", "LeftArm", "LeftForeArm", "LeftHand", "LeftHandIndex1")
-    parents = np.array([-1, 0, 1, 1, 3, 4, 5])
-    offsets = np.array(
-        [[0, 1, 0], [0, 0.3, 0], [0, 0.3, 0], [0.2, 0.2, 0], [0.3, 0, 0], [0.3, 0, 0], [0.1, 0, 0]], float
-    )
-    character = Character.of("fingered", Skeleton(names, parents, offsets))
-    humot_body = body(character)
-    assert 6 not in humot_body.joints
-    pose = neutral_pose(character)
-    turned = np.array([pose, pose])
-    turned[1, 3] = [np.cos(0.4), 0.0, 0.0, np.sin(0.4)]  # swings the arm in the plane that it hangs in
-    motion = character.motion(turned, np.zeros((2, 3)), 30.0)
-    restored = humot_body.positions(humot_body.see(motion), 30.0).positions
-    np.testing.assert_allclose(restored, motion.positions, atol=1e-9)
-
-
-@pytest.mark.parametrize("words", [("Shoulder", "Arm", "ForeArm", "Hand"), ("UpLeg", "Leg", "Foot", "Toe")])
-def test_a_body_without_arms_or_without_legs_is_no_smaller(words):
-    one = pan_material.BODIES["one"]
-    joints = [f"{side}{word}" for side in ("Left", "Right") for word in words]
-    part = pan_material.without(one, *joints, structure="lacking")
-    assert len(part.skeleton) < len(one.skeleton)
-    assert body(part).major.sum() == 6
-    assert body(part).stature == pytest.approx(body(one).stature, rel=0.15)
 
 
 def test_puppets_are_as_tall_by_their_legs_or_arms_alone():
@@ -159,3 +131,46 @@ def test_parents_are_the_nearest_that_stay(data):
         assert (joints[nearest[place]] if nearest[place] >= 0 else None) == (
             expected[0] if expected else None
         )
+
+
+# ----------------------------------------------------------------------------------------------- directions
+def window(rng, rows=5, frames=7, joints=9):
+    template = rng.normal(size=(rows, joints, 3))
+    places = template[:, None] + 0.2 * rng.normal(size=(rows, frames, joints, 3))
+    return places, template, np.ones((rows, joints), bool), np.ones((rows, frames), bool)
+
+
+def about_z(places, angle):
+    return Rotation.from_euler("z", angle).apply(places.reshape(-1, 3)).reshape(places.shape)
+
+
+def test_turning_is_about_the_vertical_axis():
+    rng = np.random.default_rng(0)
+    places, angles = rng.normal(size=(4, 3, 5, 3)), rng.uniform(-4, 4, 4)
+    expected = np.stack([about_z(row, angle) for row, angle in zip(places, angles, strict=True)])
+    np.testing.assert_allclose(rotated(places, angles), expected, atol=1e-12)
+
+
+def test_no_angle_brings_template_and_window_nearer():
+    places, template, joints, frames = window(np.random.default_rng(2), rows=3)
+    angles = headings(places, template, joints, frames)
+    mean = places.mean(1)
+    mean, still = (each - each.mean(1, keepdims=True) for each in (mean, template))
+    for row in range(3):
+        tried = np.linspace(-np.pi, np.pi, 7201)
+        apart = [np.square(about_z(still[row], angle) - mean[row]).sum() for angle in tried]
+        best = tried[int(np.argmin(apart))]
+        assert abs(np.angle(np.exp(1j * (best - angles[row])))) < 1e-3
+
+
+def test_padding_says_nothing():
+    places, template, joints, frames = window(np.random.default_rng(3))
+    wider = np.pad(places, ((0, 0), (0, 4), (0, 3), (0, 0)), constant_values=9.0)
+    longer = np.pad(template, ((0, 0), (0, 3), (0, 0)), constant_values=-5.0)
+    padded = headings(wider, longer, np.pad(joints, ((0, 0), (0, 3))), np.pad(frames, ((0, 0), (0, 4))))
+    np.testing.assert_allclose(padded, headings(places, template, joints, frames), atol=1e-12)
+
+
+def test_a_single_joint_has_no_heading():
+    places, template, _, frames = window(np.random.default_rng(4), joints=1)
+    assert (headings(places, template, np.ones((5, 1), bool), frames) == 0.0).all()
