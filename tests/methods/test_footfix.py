@@ -13,7 +13,7 @@ from retarget_bench.methods.posts.footfix import held
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
 from tests.examples import examples
-from tests.methods.method_bodies import body
+from tests.methods.method_bodies import body, without
 
 FRAMES = 40
 CONTEXT = Context()
@@ -128,17 +128,8 @@ def test_fore_paws_count_where_both_bodies_stand_on_four():
 
 
 def test_a_body_without_a_common_foot_is_refused():
-    source = body()
-    legless = np.arange(9)
-    skeleton = source.skeleton
-    from retarget_bench.motion.character import Character
-    from retarget_bench.motion.skeleton import Skeleton
-
-    trunk = Skeleton(
-        tuple(np.array(skeleton.names)[legless]), skeleton.parents[legless], skeleton.offsets[legless]
-    )
-    roles = tuple(source.roles[joint] for joint in legless)
-    bust = Character("bust", trunk, "bust", roles, source.reference_pose[legless], source.measures)
+    legs = (f"{side}{part}" for side in ("Left", "Right") for part in ("UpLeg", "Leg", "Foot", "ToeBase"))
+    source, bust = body(), without(body(), *legs)
     assert "counterpart" in (footfix().supports(source, bust) or "")
     assert footfix().supports(source, source) is None
 

@@ -29,6 +29,15 @@ def method():
     return humot_material.trained()
 
 
+@pytest.fixture
+def perfect(monkeypatch):
+    """Networks that answer with what they are given."""
+    monkeypatch.setattr(
+        "retarget_bench.methods.humot.network.Autoencoder.forward",
+        lambda self, inputs, target_side, frames: inputs["places"],
+    )
+
+
 def danced(name, frames):
     return method_bodies.dance(pan_material.BODIES[name], frames)
 
@@ -46,12 +55,8 @@ def test_a_clip_shorter_than_a_window_waits_where_it_ends(method, frames):
     np.testing.assert_allclose(answer, expected[:frames], atol=1e-5)
 
 
-def test_a_perfect_network_gives_the_source_back(method, monkeypatch):
+def test_a_perfect_network_gives_the_source_back(method, perfect):
     """What is around the networks changes nothing: pieces, fading, axes, rates."""
-    monkeypatch.setattr(
-        "retarget_bench.methods.humot.network.Autoencoder.forward",
-        lambda self, inputs, target_side, frames: inputs["places"],
-    )
     for frames in (1, 12, 77):
         source = danced("one", frames)
         answer = carried(method, source, source.character)
@@ -59,12 +64,8 @@ def test_a_perfect_network_gives_the_source_back(method, monkeypatch):
 
 
 @pytest.mark.parametrize("rule", ["leg_length", "hip_height"])
-def test_the_hips_path_is_scaled_by_the_legs(method, monkeypatch, rule):
+def test_the_hips_path_is_scaled_by_the_legs(method, perfect, monkeypatch, rule):
     monkeypatch.setattr(method, "root_rule", rule)
-    monkeypatch.setattr(
-        "retarget_bench.methods.humot.network.Autoencoder.forward",
-        lambda self, inputs, target_side, frames: inputs["places"],
-    )
     source, tall = danced("one", 50), BODIES["tall"]
     positions = carried(method, source, tall).positions
     ratio = getattr(tall.measures, rule) / getattr(source.character.measures, rule)
@@ -202,11 +203,7 @@ def test_heads_and_hands_are_turned_as_the_source_s(scale):
     assert np.abs(silent.positions - expected.positions).max() > 0.02
 
 
-def test_a_perfect_network_gives_back_what_it_does_not_see(monkeypatch):
-    monkeypatch.setattr(
-        "retarget_bench.methods.humot.network.Autoencoder.forward",
-        lambda self, inputs, target_side, frames: inputs["places"],
-    )
+def test_a_perfect_network_gives_back_what_it_does_not_see(perfect):
     source = moving(dressed())
     answer = humot_material.trained().retarget(source, source.character, context=Context(seed=0))
     np.testing.assert_allclose(answer.positions, source.positions, atol=EXACT)

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from copy import deepcopy
 from dataclasses import replace
 from itertools import product
 from typing import Any
 
 import numpy as np
+import pan_material
 import pytest
 import torch
 from learned_methods import LEARNED, Learned
-from method_bodies import dance, elsewhere
+from method_bodies import body, dance, elsewhere, without
 from scipy.spatial.transform import Rotation
 from torch.utils._pytree import tree_leaves
 from training_material import batch, training_data
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins import registry
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
@@ -71,6 +75,8 @@ ODD = [
     ("pan", {"target_stats": "own"}, "needs statistics=character"),
     ("pan", {"velocity": 1.0, "root": "position"}, "root=position lacks that"),
     ("pan", {"parts": "three", "root": "position"}, "root=position lacks that"),
+    ("san", {"target_stats": "own"}, "nothing to leak"),
+    ("san", {"cycle": float("inf")}, "finite"),
     ("nkn", {"hidden": 0}, "hidden is at least 1, same between 0 and 1"),
     ("nkn", {"same": 1.5}, "hidden is at least 1, same between 0 and 1"),
     ("nkn", {"facing": -1.0}, "hidden is at least 1, same between 0 and 1"),
@@ -80,6 +86,7 @@ ODD = [
     ("pmnet", {"facing": -1.0}, "hidden is at least 1, same between 0 and 1"),
     ("smrm", {"context": 1}, "smrm"),
     ("smrm", {"hidden": 0}, "smrm"),
+    ("smrm", {"noise": -0.1}, "noise"),
     ("smrm", {"same": 1.5}, "smrm"),
     ("smrm", {"smooth": -1.0}, "smrm"),
     ("r2et", {"facing": -1.0}, "facing of r2et is not negative, and dropout a share"),
@@ -100,6 +107,30 @@ ODD = [
     ("npt", {"pooling": "mean"}, "npt"),
 ]
 """Parameters that cannot be, and words of the sentence that says so."""
+
+
+DOG, ARMLESS = pan_material.BODIES["rex"], without(body(), "LeftHand")
+THING = Character.of(
+    "thing", Skeleton(("Thing", "Other"), np.array([-1, 0]), np.eye(2, 3)), roles=(None, None)
+)
+UNFIT = [
+    ("nkn", ARMLESS, "left_hand"),
+    ("nkn", body(spines=4), ""),
+    ("smrm", ARMLESS, "left_hand"),
+    ("smrm", body(spines=5), ""),
+    ("humot", DOG, "stands on four legs"),
+    ("paired", DOG, "four legs"),
+    ("paired", body(), ""),
+    ("same", THING, "no joint of thing is known as hips"),
+    ("same", DOG, ""),
+    ("pan", DOG, r"pan\[parts=three\] is for bodies of two and of four"),
+    ("pan[parts=three]", DOG, ""),
+    ("san", DOG, "four legs"),
+    ("san[structures=all]", DOG, ""),
+    ("san[structures=dog]", body(), "not of dog"),
+    ("skr", body(), "mesh"),
+]
+"""Bodies, and words of the sentence that says why a method does not train on them; none where it does."""
 
 
 def phases_of(module: Any) -> list[OptimiserPhase]:
@@ -266,6 +297,12 @@ def test_weights_know_all_parameters_that_they_depend_on(name: str) -> None:
 def test_parameters_that_cannot_be_are_refused(name: str, parameters: Any, words: str) -> None:
     with pytest.raises(BenchError, match=words):
         registry.load("methods", name)(**parameters)
+
+
+@pytest.mark.parametrize(("spec", "character", "words"), UNFIT)
+def test_bodies_that_are_unfit_are_told_why(spec: str, character: Character, words: str) -> None:
+    assert re.search(words, why := registry.create("methods", spec).unfit(character))
+    assert bool(why) == bool(words)
 
 
 # ---------------------------------------------------------------------------------------------- answers

@@ -1,4 +1,4 @@
-"""nkn: what it learns from, motions as it sees them and back, and its answers."""
+"""nkn and nkn_cross: what they learn from, motions as they see them and back, and their answers."""
 
 from __future__ import annotations
 
@@ -8,17 +8,22 @@ import numpy as np
 import pytest
 import torch
 from method_bodies import apart, body, carried, dance, elsewhere, without
-from nkn_toys import CAST, structured, training_module
+from nkn_toys import CAST, STRUCTURES, structured, training_data, training_module
 from scipy.spatial.transform import Rotation
 from training_material import batch
 
-from retarget_bench.errors import NotSupported
+from retarget_bench.api import Context
+from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.nkn import plugin
+from retarget_bench.methods.nkn_cross import plugin as NknCross
 from retarget_bench.motion import facing, rotation
+from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.motion.root_rules import MEMORY
+from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.layers.kinematic.features import Path, Sight, answer, begin, cleaned
 from retarget_bench.training.layers.kinematic.retargeter import Cases
+from retarget_bench.training.phases import to_device
 
 SMALL = {"hidden": 16, "facing": 3.0, "drift": 0.0, "lengths": "world"}
 
@@ -48,6 +53,17 @@ def test_terms_of_the_ablations():
         assert ("real" in now["groups"][0]) == (phases == 2)
         assert bool(now["groups"][0]["same"].all()) == (losses == "autoencoder")
     assert "drift" in training_module(plugin(**{**SMALL, "drift": 0.1})).losses("generator", now, {})
+
+
+def test_only_rows_of_the_same_body_are_compared_with_their_source():
+    other_bodies = training_module(plugin(same=0.0, **SMALL))
+    terms = other_bodies.losses("generator", batch(other_bodies), {})
+    assert terms["same_places"].item() == terms["same_moves"].item() == 0.0
+    same_bodies = training_module(plugin(same=1.0, **SMALL))
+    memory: dict = {}
+    assert same_bodies.losses("generator", batch(same_bodies), memory)["same_places"].item() > 0.0
+    assert not memory["fakes"]
+    assert same_bodies.losses("discriminator", batch(same_bodies), memory) == {}
 
 
 def test_presets_are_the_papers_and_smaller_ones():
@@ -97,7 +113,6 @@ def test_bodies_that_are_not_like_the_22_joints_are_refused_with_a_reason(method
     with pytest.raises(NotSupported, match="left_hand"):
         carried(method, dance(armless), CAST["one"])
     assert method.supports(CAST["one"], CAST["small"]) is None
-    assert not method.unfit(body("bendy", spines=4))
 
 
 def test_a_learned_method_of_bodies_of_any_structure():
@@ -231,23 +246,131 @@ def test_the_published_path_is_the_plain_sum_of_movements():
     np.testing.assert_array_equal(path[1], hips[0] + np.cumsum(steps, axis=0))
 
 
-def test_a_constant_error_of_movements_adds_up_to_that_of_the_memory():
-    """A minute of a body that stands, told to go 1 cm and turn 0.01 radians a frame."""
-    moves = np.zeros((1800, 1, 4))
-    moves[..., 0] = 1.0
-    still = np.ones((1800, 1), complex), np.zeros((1800, 1, 3))
-    keep = np.exp(-1.0 / (30.0 * MEMORY))
-    bound = (1.0 - keep ** np.arange(1800)) / (1.0 - keep) * 0.01
-    _, hips = Path(np.array([0.01]), "relative").follow(moves, *still)
-    np.testing.assert_allclose(hips[:, 0, 0], bound, rtol=1e-9)
-    assert hips.max() < 0.01 * (30.0 * MEMORY + 1.0)
-    assert Path(np.array([0.01])).follow(moves, *still)[1].max() == pytest.approx(17.99)
-    moves[..., 0], moves[..., 3] = 0.0, 0.01
-    turn, _ = Path(np.array([0.01]), "relative").follow(moves, *still)
-    np.testing.assert_allclose(np.angle(turn[:, 0]), bound, rtol=1e-9)
-
-
 def test_cleaned_movements_have_the_sources_sign_and_do_not_rise_alone():
     moves = np.array([[1.0, -2.0, 3.0, -0.5], [-1.0, 2.0, 3.0, 0.5]])
     source = np.array([[-4.0, 0.5, 0.0, -0.1], [1.0, 0.005, -2.0, 0.1]])
     assert cleaned(moves, source).tolist() == [[-1.0, 2.0, 0.0, -0.5], [1.0, 0.0, -3.0, 0.5]]
+
+
+# --------------------------------------------------------------------------------------- between structures
+NARROW = {"hidden": 12, "facing": 3.0}
+
+
+@pytest.fixture(scope="module")
+def module():
+    return training_module(NknCross(**NARROW), cast=STRUCTURES)
+
+
+def test_groups_mix_all_pairs_of_structures_and_keep_the_share_of_own_bodies(module):
+    pairs, own, rows = set(), 0, 0
+    for step in range(60):
+        groups = batch(module, rows=5, seed=step)["groups"]
+        assert [len(group["same"]) for group in groups] == [3, 2]
+        for group in groups:
+            pairs.add(tuple(group["structures"]))
+            assert group["poses"].shape[-1] == (76, 70)[group["structures"][0]]
+            assert group["target_bones"].shape[1] == (24, 22)[group["structures"][1]]
+            own, rows = own + int(group["same"].sum()), rows + len(group["same"])
+    assert pairs == {(0, 0), (0, 1), (1, 0), (1, 1)}
+    assert own / rows == pytest.approx(0.2, abs=0.09)  # 2.2 standard errors and more: the seeds are fixed
+
+
+def test_rows_of_two_structures_are_not_compared(module):
+    crossing = next(
+        group
+        for step in range(20)
+        for group in batch(module, seed=step)["groups"]
+        if group["structures"][0] != group["structures"][1]
+    )
+    terms = module.losses("generator", {"groups": [crossing]}, {})
+    assert terms["same_places"].item() == terms["same_moves"].item() == 0.0
+    assert terms["cycle_places"].item() > 0.0
+    assert terms["adversarial"].item() > 0.0
+
+
+def test_terms_have_the_same_names_whatever_was_drawn(module):
+    """Several processes put them together."""
+    names = {tuple(sorted(module.losses("generator", batch(module, seed=step), {}))) for step in range(8)}
+    assert len(names) == 1
+
+
+def test_other_structures_and_other_joints_are_refused_with_a_reason(module):
+    method = module.method()
+    four = structured(body(spines=4), "four", "four")
+    assert "these weights know five_spine, three" in method.supports(STRUCTURES["one"], four)
+    fake = structured(body(spines=4), "fake", "three")
+    assert "other joints" in method.supports(fake, STRUCTURES["one"])
+    with pytest.raises(NotSupported, match="know five_spine"):
+        method.retarget(dance(four), STRUCTURES["one"], context=Context())
+
+
+def test_one_structure_with_two_sets_of_joints_cannot_be_trained():
+    cast = {"one": STRUCTURES["one"], "odd": structured(body(spines=4), "odd", "three")}
+    with pytest.raises(NotSupported, match="one of them another structure"):
+        NknCross(**NARROW).training_module(
+            training_data(NknCross(**NARROW), cast), TrainingConfig(1, 4, 16, 1e-3)
+        )
+
+
+def test_weights_of_other_structures_are_not_taken_over(module):
+    with pytest.raises(BenchError, match="other structures"):
+        module.load(
+            training_module(NknCross(**NARROW), cast={k: STRUCTURES[k] for k in ("one", "long")}).export()
+        )
+
+
+def test_structures_say_who_is_trained_on():
+    method = NknCross(structures="three+four")
+    assert not method.unfit(STRUCTURES["one"])
+    assert "five.spine" in method.unfit(STRUCTURES["bendy"])
+    assert not NknCross(structures="all").unfit(STRUCTURES["bendy"])
+
+
+def test_the_hips_come_first_and_joints_above_them_are_left_out():
+    full = body().skeleton
+    above = Skeleton(
+        ("World", *full.names),
+        np.array([-1, 0, *(full.parents[1:] + 1)]),
+        np.concatenate([np.zeros((1, 3)), full.offsets]),
+    )
+    nkn_body = NknCross().body(Character.of("above", above))
+    assert nkn_body.joints == tuple(range(1, len(full) + 1))
+
+
+@pytest.mark.parametrize("name", ["one", "bendy"])
+def test_ends_are_seen_in_lengths_of_their_chains(module, name):
+    """As far from the hips as in the motion, over the bones in between at rest."""
+    character, other = STRUCTURES[name], STRUCTURES["bendy" if name == "one" else "one"]
+    motion = dance(character)
+    poses = torch.from_numpy(NknCross(**NARROW).see(motion).poses)[:, None]
+    joints, lengths = module.ends.shares([name], [other.name])[0]
+    scaled = module.ends.scaled(poses, [(torch.from_numpy(joints), torch.from_numpy(lengths))], 0)
+    body = NknCross(**NARROW).body(character)
+    for number, joint in enumerate(body.joints[index] for index in joints):
+        chain, at = 0.0, joint
+        while at != body.joints[0]:
+            chain, at = (
+                chain + np.linalg.norm(character.skeleton.offsets[at]),
+                character.skeleton.parents[at],
+            )
+        away = np.linalg.norm(motion.positions[:, joint] - motion.positions[:, body.joints[0]], axis=-1)
+        assert torch.linalg.norm(scaled[:, 0, number], dim=-1).numpy() == pytest.approx(
+            away / chain, rel=1e-4
+        )
+    assert len(joints) == 9
+
+
+def test_ends_count_between_structures_alone(module):
+    terms = {own: _ends_term(module, own) for own in (True, False)}
+    assert terms[True] == (0.0, 0.0)
+    assert min(terms[False]) > 0.0
+    assert training_module(NknCross(**NARROW, ends=0.0), cast=STRUCTURES).ends is None
+
+
+def _ends_term(module, own: bool) -> tuple[float, float]:
+    for seed in range(50):
+        drawn = module.draw(np.random.default_rng(seed), 2)
+        if all((group["structures"][0] == group["structures"][1]) == own for group in drawn["groups"]):
+            losses = module.losses("generator", to_device(drawn, torch.device("cpu")), {})
+            return float(losses["ends"]), float(losses["ends_moves"])
+    raise LookupError("no such batch was drawn")

@@ -1,21 +1,33 @@
-"""NKN's networks: their sizes, and that the quick way through time is the plain one."""
+"""NKN's networks: the quick way through time is the plain one; bodies that lack joints (SMRM's too)."""
 
 from __future__ import annotations
 
+from functools import cache
+from typing import Any
+
 import numpy as np
 import pytest
+import smrm_material
 import torch
+import training_material
+from learned_methods import LEARNED
+from method_bodies import SHORT, body, dance, without
 from scipy.spatial.transform import Rotation
 from torch import Tensor
 
+from retarget_bench.api import Context
 from retarget_bench.methods.nkn import plugin
-from retarget_bench.methods.nkn.network import Decoder, Generator
+from retarget_bench.methods.nkn import plugin as Nkn
+from retarget_bench.methods.nkn.network import Decoder
 from retarget_bench.methods.nkn.network.bodies import Bodies
 from retarget_bench.methods.nkn.network.cells import KINDS, Kind, Layer
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.body22 import PARENTS
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.training.layers.kinematic.pose import Scale, quaternions
 from retarget_bench.training.layers.masks import time_first_mask
 from retarget_bench.training.layers.twist import twist
@@ -106,18 +118,6 @@ def test_the_decoder_is_a_plain_loop_and_so_is_its_gradient(kind):
     torch.testing.assert_close(results[0], results[1])
 
 
-def test_dropout_reaches_every_input_and_only_while_training():
-    torch.manual_seed(4)
-    generator, who, poses = Generator(22, 9, "tf").double(), bodies(2), torch.randn(4, 2, 70).double()
-
-    def answer() -> Tensor:
-        return generator.decoder(generator.encoder(poses)[1], who)[0]
-
-    assert not torch.equal(answer(), answer())
-    generator.eval()
-    assert torch.equal(answer(), answer())
-
-
 def test_dropouts_gradient_is_that_of_the_masks_it_drew():
     """Central differences, with the same masks each time."""
     decoder, who, codes = Decoder(22, 6, "tf").double(), bodies(2), torch.randn(4, 2, 6).double()
@@ -171,3 +171,73 @@ def test_twist_has_a_finite_gradient_where_its_angle_is_lost():
     locked = torch.tensor([[[[half, 0.0, 0.0, half], [1.0, 0.0, 0.0, 0.0]]]], requires_grad=True)
     twist(locked, torch.ones(1, 1)).backward()
     assert torch.isfinite(locked.grad).all()
+
+
+# ---------------------------------------------------------------------------------- bodies that lack joints
+TOES = ("LeftToeBase", "RightToeBase")
+FULL, TOELESS = body(), without(body(), *TOES)
+METHODS = ("nkn", "smrm")
+
+
+@cache
+def method(name: str) -> Any:
+    return LEARNED[name].method()
+
+
+def answer(name: str, source: Any, target: Character) -> Motion:
+    return method(name).retarget(source, target, context=Context())
+
+
+def with_toes_of_no_length() -> Character:
+    """``TOELESS`` with toes again, where the feet are."""
+    full = FULL.skeleton
+    offsets = full.offsets.copy()
+    offsets[[full.names.index(name) for name in TOES]] = 0.0
+    tips = ()
+    return Character.of("twin", Skeleton(full.names, full.parents, offsets, tips))
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_toes_of_no_length_change_nothing(name):
+    """As source and as target: a body without toes is answered as one whose toes have no length."""
+    twin, motion = with_toes_of_no_length(), dance(TOELESS)
+    kept = [twin.skeleton.names.index(joint) for joint in TOELESS.skeleton.names]
+    rotations = np.zeros((motion.frames, len(twin.skeleton), 4))
+    rotations[..., 0] = 1.0
+    rotations[:, kept] = motion.rotations
+    twin_motion = twin.motion(rotations, motion.root, motion.fps)
+    np.testing.assert_allclose(
+        answer(name, twin_motion, FULL).positions, answer(name, motion, FULL).positions, atol=1e-6
+    )
+    toeless, other = (answer(name, dance(FULL), target).positions for target in (TOELESS, twin))
+    np.testing.assert_allclose(other[:, kept], toeless, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_both_train_on_bodies_that_lack_joints(name):
+    method = Nkn(hidden=16, facing=3.0) if name == "nkn" else smrm_material.SMRM(hidden=16)
+    cast = {"full": FULL, "short": SHORT}
+    clips = {
+        who: [ClipArrays(who, "dance", {k: np.float32(a) for k, a in method.prepare(dance(each)).items()})]
+        for who, each in cast.items()
+    }
+    module = method.training_module(
+        TrainingData(cast, clips), TrainingConfig(steps=1, batch=4, window=12, rate=1e-3)
+    )
+    memory: dict[str, Any] = {}
+    for phase in module.phases:
+        terms = module.losses(phase.name, training_material.batch(module), memory)
+        assert all(bool(torch.isfinite(term)) for term in terms.values())
+
+
+def test_smrm_places_what_it_answers_where_the_body_has_it():
+    module = smrm_material.training_module()
+    shape = module.features.body(SHORT)
+    lacks = torch.from_numpy(shape.aligned.lacks[None])
+    body_of = [torch.from_numpy(each[None]) for each in (shape.offsets, shape.resting)]
+    codes = torch.randn(1, 5, 16, generator=torch.Generator().manual_seed(0))
+    poses, _ = module.generator.decode(codes, *body_of, lacks=lacks)
+    rotations = poses.rotations.detach().double().numpy()
+    places = shape.aligned.motion(rotations[0], np.zeros((5, 3)), 30.0).positions
+    places = (places - places[:, [shape.aligned.joints[0]]])[:, list(shape.aligned.joints)]
+    np.testing.assert_allclose(poses.positions[0].detach() * shape.unit, places, atol=1e-5)

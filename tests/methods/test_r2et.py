@@ -9,6 +9,7 @@ import pytest
 import r2et_material
 import torch
 import training_material
+from learned_methods import LEARNED
 from method_bodies import apart, body, carried, dance
 from r2et_material import BODIES, SHORT
 from scipy.spatial.transform import Rotation
@@ -28,10 +29,7 @@ def module():
 
 @pytest.fixture(scope="module")
 def method():
-    training = r2et_material.training_module()
-    with torch.no_grad():  # changes that differ from frame to frame, as trained ones do
-        training.network.change.weight.mul_(10.0)
-    return training.method()
+    return LEARNED["r2et"].method()
 
 
 # ------------------------------------------------------------------------------------------- features

@@ -220,9 +220,6 @@ def test_a_constant_of_their_positions_has_deviation_one(file):
 
 
 def test_weights_of_another_network_are_refused(file):
-    torch.save({"module.seq.h0.weight": torch.ones(16, 3, 4)}, file)
-    with pytest.raises(FileError, match=r"holds module\.seq\.h0\.weight, so it is not R2ET's"):
-        _ = R2ET(weights=str(file)).tensors
     torch.save({**their_names(), "module.delta_dec.delta_linear.bias": torch.ones(3)}, file)
     with pytest.raises(BenchError, match=r"change\.bias has shape"):
         _ = R2ET(weights=str(file))._network
@@ -237,8 +234,6 @@ def test_statistics_that_are_not_finite_are_refused(file, number):
 
 
 def test_missing_files_are_named(file):
-    with pytest.raises(FileError, match="there is no such file"):
-        _ = R2ET(weights=str(file.with_name("other.pt"))).weights_hash
     (file.parent.parent / STATS / "mixamo_quat_mean.npy").unlink()
     with pytest.raises(FileError, match=r"lacks the statistics .*mixamo_quat_mean\.npy"):
         _ = R2ET(weights=str(file)).weights_hash

@@ -253,6 +253,20 @@ def test_pan_reconstructs_a_source_by_the_networks_that_answer_for_the_target():
     assert sizes[1] < 0.2 * sizes[0]
 
 
+def test_batches_are_what_single_answers_are():
+    method = pan_material.trained()
+    composed = Composed(method, [registry.create("posts", "residual")])
+    cases = [
+        (dance(pan_material.BODIES[name], frames), pan_material.BODIES[target])
+        for name, target, frames in (("one", "legs", 24), ("legs", "one", 20), ("one", "one", 24))
+    ]
+    sources, targets = zip(*cases, strict=True)
+    together = composed.retarget_batch(sources, targets, contexts=[Context()] * 3)
+    for answer, source, target in zip(together, sources, targets, strict=True):
+        alone = composed.retarget(source, target, context=Context())
+        assert far(answer, alone) < 1e-5 * target.height
+
+
 # --------------------------------------------------------------------------------- what goes before it
 def test_a_reconstruction_goes_through_what_stands_before():
     """``a+fit+residual``: both answers are fitted."""

@@ -1,6 +1,8 @@
-"""SAN while it is trained, and its answers."""
+"""SAN: training, answers, skeletons, and networks beside the plain masked form."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,13 +11,20 @@ import torch
 import training_material
 from method_bodies import apart, dance
 from san_material import BODIES, trained
+from san_reference import S23, S28, PlainDiscriminator, make_plain
 
 from retarget_bench.api import Context
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import NotSupported
 from retarget_bench.methods.san import San
 from retarget_bench.methods.san.losses import Heights
+from retarget_bench.methods.san.network import Design, Discriminator
+from retarget_bench.methods.san.skeleton import Edges, layout_of
+from retarget_bench.methods.san.structure import Structure, share_initialisation
 from retarget_bench.motion.character import Character
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.joint_datasets import dataset
+from retarget_bench.training.layers.skeletal.layout import Layout
 from retarget_bench.training.phases import optimiser_phases
 
 
@@ -81,16 +90,6 @@ def test_odd_joints_are_refused():
         San().training_module(data, TrainingConfig(1, 4, 32, 1e-3))
 
 
-def test_bodies_that_are_not_asked_for_are_not_trained_on():
-    assert "four legs" in San().unfit(BODIES["rex"])
-    assert not San(structures="all").unfit(BODIES["rex"])
-    assert "not of dog" in San(structures="dog").unfit(BODIES["one"])
-    with pytest.raises(BenchError, match="nothing to leak"):
-        San(target_stats="own")
-    with pytest.raises(BenchError, match="finite"):
-        San(cycle=float("inf"))
-
-
 # -------------------------------------------------------------------------------------------------- answers
 def answer(source: str, target: str, frames: int = 40, **parameters):
     motion = dance(BODIES[source], frames)
@@ -147,3 +146,204 @@ def test_ends_of_chains_are_copied_or_rest():
     hand = BODIES["tall"].skeleton.index("LeftHand")
     assert np.ptp(answer("one", "tall").rotations[:, hand], axis=0).max() > 1e-2
     assert np.ptp(still.rotations[:, hand], axis=0).max() < 1e-6
+
+
+# ----------------------------------------------------------------------------------- skeletons and networks
+DESIGNS = {"released": Design("released", padded=True), "fixed": Design()}
+designs = pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
+layouts = pytest.mark.parametrize("layout", [S23, S28], ids=["S23", "S28"])
+
+FORK = (-1, 0, 1, 2, 2, 4)
+"""A trunk of two edges (0, 1), a short branch (2) and one of two edges (3, 4); slot 5 is the root's."""
+
+
+# ---------------------------------------------------------------------------------------- skeletons
+def test_neighbours_of_a_small_tree():
+    edges = Edges.of(FORK)
+    assert edges.neighbours(1, "fixed") == (
+        (0, 1, 5),
+        (0, 1, 2, 3),
+        (1, 2, 3),
+        (1, 2, 3, 4),
+        (3, 4),
+        (0, 5),
+    )
+    assert edges.neighbours(2, "fixed") == (
+        (0, 1, 2, 3, 5),
+        (0, 1, 2, 3, 4, 5),
+        (0, 1, 2, 3, 4),
+        (0, 1, 2, 3, 4),
+        (1, 2, 3, 4),
+        (0, 1, 5),
+    )
+
+
+@pytest.mark.parametrize(
+    "parents", [(-1, 0), (-1, 0, 0, 0), (-1, 0, 1, 1, 0), FORK, S23.parents, S28.parents]
+)
+def test_chains_share_out_the_edges_of_any_tree(parents):
+    edges = Edges.of(parents)
+    assert sorted(sum(edges.chains, ())) == list(range(len(edges.pairs)))
+    forks = {joint for joint in range(len(parents)) if joint == 0 or parents.count(joint) != 1}
+    for chain in edges.chains:
+        assert edges.pairs[chain[0]][0] in forks
+        assert edges.pairs[chain[-1]][1] in forks
+        assert not {edges.pairs[edge][1] for edge in chain[:-1]} & forks
+
+
+def test_chains_are_named_after_the_parts_that_the_body_ends_in():
+    parents = (-1, 0, 1, 0, 3, 3, 3, 0, 7, 7)
+    roles = (
+        "hips",
+        "right_up_leg",
+        "right_foot",
+        "spine_1",
+        "left_arm",
+        None,
+        "head",
+        None,
+        "tail_1",
+        "left_foot",
+    )
+    assert layout_of(parents, roles).names == (
+        "right_leg",
+        "head+left_arm+trunk",
+        "left_arm",
+        "trunk",
+        "head",
+        "left_leg+tail",
+        "tail",
+        "left_leg",
+    )
+    assert layout_of((-1, 0, 1, 1), (None, "left_leg", None, None)).names == (
+        "left_leg",
+        "left_leg_2",
+        "left_leg_3",
+    )
+    assert layout_of((-1, 0, 0), (None,) * 3).names == ("end 1", "end 2")
+
+
+def test_the_authors_trees_begin_where_the_legs_do():
+    """So that a body with a pelvis below its hips has the chains of others; ours keeps the hips."""
+    cast = dataset(Spec.parse("puppets")).characters()
+    names = {
+        variant: [San(variant).body(cast[each]).layout.names for each in ("petra", "ada", "mina")]
+        for variant in ("released", "own")
+    }
+    assert len({*names["released"]}) == 1
+    pelvis, *others = names["own"]
+    assert {*others} == {names["released"][0]}
+    assert {*pelvis} - {*others[0]} == {"left_leg+right_leg"}
+
+
+# ------------------------------------------------------------------------------------------- counts
+COUNTS = {"S23": (1_101_708, 20_172, 309_138), "S28": (1_933_728, 35_292, 545_148)}
+LIVE = {"S23": (465_264, 8_670, 132_072), "S28": (614_028, 11_442, 174_654)}
+"""Parameters of auto-encoder, static encoder and discriminator: with those outside masks, and without."""
+
+
+def parameters(*modules: torch.nn.Module) -> int:
+    return sum(each.numel() for module in modules for each in module.parameters())
+
+
+@pytest.mark.parametrize(("name", "layout"), [("S23", S23), ("S28", S28)])
+def test_parameters_are_those_of_record(name, layout):
+    structure = Structure(layout, DESIGNS["released"])
+    judge = Discriminator(structure.levels)
+    assert LIVE[name] == (
+        parameters(structure.encoder, structure.decoder),
+        parameters(structure.skeleton),
+        parameters(judge),
+    )
+    plain = make_plain(structure)
+    dense = parameters(PlainDiscriminator(judge, structure.levels))
+    assert COUNTS[name] == (parameters(plain.encoder, plain.decoder), parameters(plain.skeleton), dense)
+
+
+# ----------------------------------------------------------------------------------- the plain form
+def networks(layout: Layout, design: Design) -> Structure:
+    torch.manual_seed(3)
+    return Structure(layout, design)
+
+
+def inputs(layout: Layout, frames: int = 24) -> tuple[torch.Tensor, torch.Tensor]:
+    torch.manual_seed(4)
+    return torch.randn(3, frames, layout.edges + 1, 4), torch.randn(3, layout.edges + 1, 3)
+
+
+@designs
+@layouts
+def test_answers_and_gradients_are_those_of_masks_and_products(layout, design):
+    lean, plain = networks(layout, design), make_plain(networks(layout, design))
+    motion, bones = inputs(layout)
+    answers = []
+    for structure in (lean, plain):
+        code = structure.encoder(motion, structure.codes(bones)[:2])
+        answer = structure.answer(code, bones)
+        (answer.square().sum() + code.sum()).backward()
+        answers.append((code.detach(), answer.detach()))
+    for own, reference in zip(*answers, strict=True):
+        torch.testing.assert_close(own, reference, rtol=1e-5, atol=1e-5)
+    for side in ("encoder", "decoder"):
+        for number in range(2):
+            for kind in ("motion", "body"):
+                own = lean.get_submodule(f"{side}.layers.{number}.{kind}")
+                reference = plain.get_submodule(f"{side}.{kind}.{number}")
+                for name in ("weight", "bias"):
+                    one, other = (getattr(each, name).grad.norm() for each in (own, reference))
+                    torch.testing.assert_close(one, other, rtol=1e-5, atol=0.0)
+
+
+@designs
+def test_discriminators_are_those_of_masks_and_products(design):
+    torch.manual_seed(5)
+    levels = design.levels(S28)
+    lean = Discriminator(levels)
+    plain = PlainDiscriminator(lean, levels)
+    values = torch.randn(4, 40, 28, 3)
+    for training in (True, False):
+        torch.testing.assert_close(
+            lean.train(training)(values), plain.train(training)(values), rtol=1e-5, atol=1e-6
+        )
+    torch.testing.assert_close(lean.norm.running_mean, plain.norm.running_mean)
+
+
+@designs
+@pytest.mark.parametrize("frames", [16, 124, 128, 132, 256, 260])
+def test_frozen_weights_answer_alike_and_follow_to_double(design, frames):
+    """Also where doubling is part of the convolution: from 256 frames on in both layers."""
+    structure = networks(S23, design)
+    values, bones = inputs(S23, frames)
+    structure, values, bones = structure.double(), values.double(), bones.double()
+    before = structure.answer(structure.encoder(values, structure.codes(bones)), bones)
+    structure.freeze()
+    after = structure.answer(structure.encoder(values, structure.codes(bones)), bones)
+    torch.testing.assert_close(after, before, rtol=1e-9, atol=1e-12)
+    assert after.dtype == torch.float64
+
+
+def test_structures_begin_with_codes_alike():
+    """Shared initial weights bring what two structures make of the same chain closer together."""
+
+    def distance(share: bool) -> float:
+        torch.manual_seed(7)
+        with_roles = [replace(layout, names=S28.names) for layout in (S23, S28)]
+        pair = [Structure(each, DESIGNS["fixed"]) for each in with_roles]
+        if share:
+            share_initialisation(pair)
+        one, other = (each.encoder.layers[1].motion.weight for each in pair)
+        codes = []
+        for each in pair:
+            still = torch.ones(1, 16, each.layout.edges + 1, 4)
+            codes.append(each.encoder(still, each.codes(torch.ones(1, each.layout.edges + 1, 3))))
+        assert torch.equal(one[-1], other[-1]) is share
+        return (codes[0] - codes[1]).abs().mean().item()
+
+    assert distance(share=True) < 0.9 * distance(share=False)
+
+
+def test_what_it_does_in_its_own_way_is_what_the_label_says():
+    own, released = (San(variant).settings.values() for variant in ("own", "released"))
+    assert {key for key, value in own.items() if released[key] != value} == set(San().card.differs)
+    assert not San("released").card.differs
+    assert San("released", neighbours="fixed").settings.design == Design("fixed", padded=True)

@@ -206,13 +206,6 @@ def test_local_weights_are_known_by_what_they_are_and_not_by_where_they_lie(shif
     assert {entry.status for entry in again.entries} == {"ok"}
 
 
-def test_the_same_weights_by_two_paths_are_one_row(shifter, tmp_path):
-    write(tmp_path / "a", 0.01)
-    shutil.copytree(tmp_path / "a", tmp_path / "copy")
-    both = [f"shifter[weights='{tmp_path / name}']" for name in ("a", "copy")]
-    assert len(carry_out(tmp_path / "runs", *both)) == 1
-
-
 # ------------------------------------------------------------------------------------------ bench info
 FULL = {
     "data": {"spec": "puppets[size=default]", "label": "puppets-1.0 default", "clips": 800, "hours": 1.21},
