@@ -296,6 +296,8 @@ def test_terms_have_the_same_names_whatever_was_drawn(module):
 
 def test_other_structures_and_other_joints_are_refused_with_a_reason(module):
     method = module.method()
+    stranger = structured(body(spines=5, shin=0.6), "stranger", "five.spine")
+    assert method.supports(STRUCTURES["one"], stranger) is None
     four = structured(body(spines=4), "four", "four")
     assert "these weights know five_spine, three" in method.supports(STRUCTURES["one"], four)
     fake = structured(body(spines=4), "fake", "three")
@@ -374,3 +376,11 @@ def _ends_term(module, own: bool) -> tuple[float, float]:
             losses = module.losses("generator", to_device(drawn, torch.device("cpu")), {})
             return float(losses["ends"]), float(losses["ends_moves"])
     raise LookupError("no such batch was drawn")
+
+
+@pytest.mark.parametrize("same", [0.7, 1.0])
+def test_more_own_bodies_than_own_structures_would_be(same):
+    module = training_module(NknCross(**NARROW, same=same), cast=STRUCTURES)
+    groups = [group["same"] for step in range(150) for group in batch(module, rows=5, seed=step)["groups"]]
+    # a group is of one kind here: 2.2 standard errors of 300 of them
+    assert np.concatenate(groups).mean() == pytest.approx(same, abs=0.06 if same < 1 else 0)

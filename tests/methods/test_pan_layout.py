@@ -332,3 +332,21 @@ def test_a_body_without_any_known_part_is_named():
 
 def _turn(quaternion) -> Rotation:
     return Rotation.from_quat(quaternion[[1, 2, 3, 0]])
+
+
+def test_end_sites_are_where_the_file_has_them():
+    body = Pan(parts="three", variant="released").body(BODIES["one"])
+    names = BODIES["one"].skeleton.names
+    assert {names[body.joints[rank]] for rank in body.end_sites} == {"LeftToeBase", "RightToeBase"}
+    for place in body.end_sites.values():
+        np.testing.assert_allclose(place, [0.0, 0.0, 0.05], atol=1e-9)
+
+
+def test_signs_of_slots_do_not_matter_to_their_mean():
+    body = Pan().body(BODIES["one"])
+    motion = dance(pan_material.BODIES["one"], 6)
+    edges = FORMS[0].see(motion, body)["edges"][:, :-1]
+    flipped = edges.copy()
+    flipped[:, ::2] *= -1.0
+    one, other = (body.motion(each, None, np.zeros((6, 3)), 30.0) for each in (edges, flipped))
+    assert apart(one, other) < 1e-9

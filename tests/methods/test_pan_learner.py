@@ -345,3 +345,18 @@ def test_steady_paths_need_no_weights_of_their_own():
     lead = motion.root * BODIES["one"].measures.hip_height / BODIES["rex"].measures.hip_height
     far = [np.linalg.norm(each.root - lead, axis=1)[30:].mean() for each in (relative, steady)]
     assert far[1] < 0.5 * far[0]
+
+
+def test_eq_20_takes_the_range_of_the_training_motion():
+    module = pan_material.training_module(LEGS, small=True, parts="three", variant="paper")
+    clips = module._windows._material.clips
+    for name, cast in ((DOG, ("pup", "rex")), ("plain", ("one", "tall"))):
+        speeds = np.concatenate(
+            [
+                np.linalg.norm(clip.arrays["edges"][:, -1, :3], axis=-1)
+                for each in cast
+                for clip in clips[each]
+            ]
+        )
+        ranges = module._objective._tensors["speeds", name].numpy()
+        np.testing.assert_allclose(ranges, [speeds.min(), speeds.max()], rtol=1e-5)

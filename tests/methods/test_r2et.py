@@ -15,6 +15,7 @@ from r2et_material import BODIES, SHORT
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.methods.r2et import R2ET, features, losses
+from retarget_bench.methods.r2et.discriminator import TrajectoryDiscriminator
 from retarget_bench.methods.r2et.inference import retargeted
 from retarget_bench.methods.r2et.network import JointEncoder, SkeletonAwareNetwork
 from retarget_bench.motion import kinematics, rotation
@@ -217,3 +218,17 @@ def test_head_toes_and_hands_turn_as_the_sources(method):
     assert turned[:, joints].max() < 1e-6
     others = [joint for joint in range(22) if joint not in joints]
     assert turned[:, others].max(0).min() > 1e-3
+
+
+def test_the_discriminator_ignores_padding():
+    torch.manual_seed(2)
+    network = TrajectoryDiscriminator()
+    paths, lengths = torch.randn(4, 60, 3), torch.tensor([60, 31, 8, 1])
+    expected = network(paths, lengths)
+    other = paths.clone()
+    for row, length in enumerate(lengths.tolist()):
+        other[row, length:] = torch.nan
+    torch.testing.assert_close(network(other, lengths), expected)
+    longer = torch.cat([other, torch.full((4, 21, 3), torch.nan)], 1)
+    torch.testing.assert_close(network(longer, lengths)[1:], expected[1:])
+    assert torch.isfinite(network(paths[:, :1], torch.ones(4, dtype=torch.long))).all()

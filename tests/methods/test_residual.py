@@ -293,3 +293,21 @@ def test_a_reconstruction_goes_through_what_stands_before():
     assert isinstance(own, Motion)
     assert (answer.character, own.character) == (OTHER, source.character)
     assert nothing is None
+
+
+def test_what_a_post_processor_does_to_its_reconstruction_is_its_own_affair():
+    class Spoils:
+        card = replace(registry.create("posts", "residual").card, name="spoils", needs="reconstruction")
+
+        def supports(self, source, target):
+            return None
+
+        def process(self, prediction, source, *, context):
+            context.reconstruction.rotations[:] = 7.0
+            return prediction
+
+    source = dance(body())
+    answer = Composed(Lossy(), [Spoils(), registry.create("posts", "residual")]).retarget(
+        source, SMALL, context=Context()
+    )
+    assert far(answer, transfer.carry(source, SMALL, "hip_height")) < 1e-6

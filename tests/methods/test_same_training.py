@@ -162,3 +162,7 @@ def test_the_world_is_a_product_of_the_moves() -> None:
             frame = frame @ np.array(move)
             expected = local[nodes, k] @ frame[:3, :3].T + frame[:3, 3]
             np.testing.assert_allclose(truth.world[nodes, k].numpy(), expected, atol=1e-3)
+
+
+def test_clips_shorter_than_a_window_are_left_out() -> None:
+    assert len(same_material.training_module((30, 5))._performances) == 1

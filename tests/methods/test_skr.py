@@ -360,3 +360,21 @@ def test_joints_are_those_that_skr_finds():
     vertices, faces = body.vertices[:, :3], body.faces
     expected = skr_material.untrained().resting(vertices, faces, 2)
     np.testing.assert_array_equal(method._skeletons(body, 2), expected)
+
+
+def test_reduced_precision_only_chooses_the_points():
+    module = skr_material.skr_training()
+    batch = to_device(module.draw(np.random.default_rng(0), 4), CPU)
+    exact = module.losses("network", batch, {})["joints"]
+    with torch.autocast("cpu", torch.bfloat16):
+        rough = module.losses("network", batch, {})["joints"]
+    assert rough.dtype == torch.float32
+    assert rough.item() == pytest.approx(exact.item(), rel=0.02)
+
+
+def test_joints_at_rest_are_drawn_again_and_again():
+    method, mesh = skr_material.untrained(), skr_material.body().mesh
+    drawn = method.resting(mesh.vertices, mesh.faces, 4)
+    assert drawn.shape == (4, 22, 3)
+    assert len(np.unique(drawn[:, 0, 1])) == 4
+    np.testing.assert_array_equal(drawn, method.resting(mesh.vertices, mesh.faces, 4))

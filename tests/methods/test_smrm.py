@@ -173,11 +173,13 @@ def test_terms_of_a_step_are_those_of_its_answers():
     """Carried there and back by hand, frame by frame in NumPy."""
     module = still(smrm_material.training_module(same=0.5, adversarial=0.0, rotation_cycle=1.0))
     batch = training_material.batch(module)
+    assert [phase.name for phase in module.phases] == ["generator"]
     losses = {name: term.item() for name, term in module.losses("generator", batch, {}).items()}
     source, features = batch["source"], module.features
     with torch.no_grad():
         there = _carried(module, source["positions"], source["moves"], batch["target"])
         back = _carried(module, there.positions, there.moves, batch["body"])
+    assert "adversarial" not in losses
     assert losses["joints"] == pytest.approx(_square(back.positions, source["positions"]), rel=1e-5)
     path = [features.path(moves, source["turn"]) for moves in (back.moves, source["moves"])]
     assert losses["hips"] == pytest.approx(_square(*path), rel=1e-5)
@@ -329,3 +331,17 @@ def test_noise_is_shown_and_not_asked_for(root):
 def test_weights_without_noise_are_those_of_before():
     assert "noise" not in SMRM().facts()
     assert SMRM(noise=0.02).facts()["noise"] == 0.02
+
+
+def test_the_answer_begins_near_the_t_pose():
+    bias = Generator(16).turns.bias.detach().view(22, 4)
+    assert torch.equal(bias, torch.tensor([1.0, 0.0, 0.0, 0.0]).expand(22, 4))
+
+
+@pytest.mark.parametrize("same", [0.0, 1.0])
+def test_who_is_carried_to_whom(same):
+    module = smrm_material.training_module(same=same)
+    batch = training_material.batch(module, rows=40)
+    equal = (batch["body"]["offsets"] == batch["target"]["offsets"]).flatten(1).all(1)
+    assert torch.equal(equal, batch["same"])
+    assert bool(equal.all()) == bool(same)

@@ -288,3 +288,13 @@ def test_every_auto_encoder_draws_augmented_windows(name, motions):
 def test_methods_without_windows_of_single_motions_are_refused(toy_run, method, says):
     with pytest.raises(BenchError, match=says):
         toy_run(method=method, data="puppets", augment=True)
+
+
+def test_a_row_alone_is_its_own_partner(motions):
+    motion = motions[0]
+    body = AugmentedBody(motion.character)
+    drawn = [ClipWindow(body, body.see(motion), motion.root, 0, FRAMES)]
+    only = dataclasses.replace(NOTHING, exchanged=1.0)
+    augmenter = Augmenter(only, FPS, lambda motion: {"positions": motion.positions})
+    changed = augmenter.changed(np.random.default_rng(0), drawn, warping=True)
+    np.testing.assert_allclose(changed[0]["positions"], motion.positions[:FRAMES], atol=3e-6)
