@@ -176,6 +176,13 @@ def test_controls_are_marked():
     assert OtherClip().card.needs == ("other_clips",)
 
 
+def test_rest_pose_needs_positions_only():
+    source = dance(body())
+    positions = source.character.positions(source.positions, source.fps)
+    results = [RestPose().retarget(each, body(), context=Context()) for each in (source, positions)]
+    np.testing.assert_allclose(results[0].positions, results[1].positions, atol=1e-12)
+
+
 # -------------------------------------------------------------------------------------- directions of bones
 LIMBS = (("arm", "forearm"), ("forearm", "hand"), ("up_leg", "leg"), ("leg", "foot"))
 
@@ -239,10 +246,3 @@ def test_a_spine_of_another_count_is_cut_along_its_length():
     np.testing.assert_allclose(
         counterpart_positions[:, target.skeleton.index("Spine3")], line[:, 2], atol=1e-12
     )
-
-
-def test_rest_pose_needs_positions_only():
-    source = dance(body())
-    positions = source.character.positions(source.positions, source.fps)
-    results = [RestPose().retarget(each, body(), context=Context()) for each in (source, positions)]
-    np.testing.assert_allclose(results[0].positions, results[1].positions, atol=1e-12)

@@ -101,6 +101,19 @@ def test_a_rate_of_sixty_gives_every_other_frame_the_same_weight():
     assert weights[60.0] == 2 * weights[30.0] == 12
 
 
+def test_no_frame_ends_farther_from_its_places_than_it_began():
+    source = standing()
+    for size in (1e-9, 1e-6, 1e-4, 1e-3, 1e-2, 0.1):
+        path = along(0, size * np.random.default_rng(0).normal(size=FRAMES))
+        shaken = moved(source, path)
+        fixed = footfix().process(shaken, source, context=CONTEXT)
+        expected = shaken.positions.copy()
+        joints = source.character.joints(("left_foot", "left_toe", "right_foot", "right_toe"))
+        expected[:, joints] = shaken.positions[:, joints].mean(axis=0)
+        before, after = (np.square(each.positions - expected).sum(axis=(1, 2)) for each in (shaken, fixed))
+        assert (after <= before * (1 + 1e-9) + 1e-28).all()
+
+
 # ------------------------------------------------------------------------------------- kinds of answers
 def test_an_answer_by_positions_gets_the_blended_places():
     source = standing()
@@ -187,16 +200,3 @@ def test_blending_is_what_its_description_says(labels, reach, seed):
         assert blended[:, joint] == pytest.approx(expected, abs=1e-12)
     far = [t for t in range(len(rests)) if not rests[max(0, t - reach) : t + reach + 1].any()]
     assert (blended[far, 0] == places[far, 0]).all()
-
-
-def test_no_frame_ends_farther_from_its_places_than_it_began():
-    source = standing()
-    for size in (1e-9, 1e-6, 1e-4, 1e-3, 1e-2, 0.1):
-        path = along(0, size * np.random.default_rng(0).normal(size=FRAMES))
-        shaken = moved(source, path)
-        fixed = footfix().process(shaken, source, context=CONTEXT)
-        expected = shaken.positions.copy()
-        joints = source.character.joints(("left_foot", "left_toe", "right_foot", "right_toe"))
-        expected[:, joints] = shaken.positions[:, joints].mean(axis=0)
-        before, after = (np.square(each.positions - expected).sum(axis=(1, 2)) for each in (shaken, fixed))
-        assert (after <= before * (1 + 1e-9) + 1e-28).all()

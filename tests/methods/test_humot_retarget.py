@@ -153,6 +153,15 @@ def test_bodies_go_through_as_they_are_where_that_is_asked_for():
     assert usual.body_size * (shoulder - ankle) == pytest.approx(USUAL)
 
 
+def test_thirty_frames_per_second_are_the_networks(method):
+    """A source at 60 gives what every second frame of it gives, at those frames."""
+    source = danced("one", 41)
+    fast = source.character.motion(source.rotations, source.root, 60.0)
+    slow = rates.at_thirty(fast)
+    answered = carried(method, fast, BODIES["legs"]).positions[::2]
+    np.testing.assert_allclose(answered, carried(method, slow, BODIES["legs"]).positions, atol=1e-5)
+
+
 # -------------------------------------------------------------------------- joints that networks do not see
 EXTRAS = {
     "LeftEye": ("Head", (0.03, 0.05, 0.08)),
@@ -224,12 +233,3 @@ def test_heads_of_real_rigs_turn_with_their_bodies(real_data: Path, file: str):
         assert np.degrees(rotation.angle(*turned)).max() < most
         fastest = [np.degrees(rotation.angle(each[1:], each[:-1])).max() for each in turned]
         assert fastest[0] < 1.2 * fastest[1] + 5.0
-
-
-def test_thirty_frames_per_second_are_the_networks(method):
-    """A source at 60 gives what every second frame of it gives, at those frames."""
-    source = danced("one", 41)
-    fast = source.character.motion(source.rotations, source.root, 60.0)
-    slow = rates.at_thirty(fast)
-    answered = carried(method, fast, BODIES["legs"]).positions[::2]
-    np.testing.assert_allclose(answered, carried(method, slow, BODIES["legs"]).positions, atol=1e-5)

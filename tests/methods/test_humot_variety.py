@@ -220,6 +220,25 @@ def test_limbs_are_arms_and_legs():
     assert not any("left" in role for role in limbs["right_arm"] | limbs["right_up_leg"])
 
 
+def test_half_of_the_bodies_slant_by_some_degrees():
+    humot_body, numbers = body(BODIES["one"]), np.random.default_rng(0)
+    every = np.array([slants(numbers, humot_body) for _ in range(1000)])
+    assert 0.45 < every.any(axis=(1, 2)).mean() < 0.55
+    shin = [humot_body.character.roles[joint] for joint in humot_body.joints].index("left_foot")
+    length = np.linalg.norm(humot_body.template[shin] - humot_body.template[humot_body.parents[shin]])
+    moved = np.linalg.norm(every[every.any(axis=(1, 2))][:, shin], axis=1) / length
+    assert 5 < np.degrees(2 * np.arcsin(moved / 2)).mean() < 15
+
+
+def test_half_of_the_bodies_keep_their_own_and_the_others_differ_by_a_fifth_or_so():
+    humot_body, numbers = body(BODIES["one"]), np.random.default_rng(0)
+    every = np.array([proportions(numbers, humot_body) for _ in range(2000)])
+    own = (every == 1.0).all(axis=1)
+    assert 0.46 < own.mean() < 0.54
+    assert 0.2 < np.log(every[~own]).std() < 0.3
+    assert abs(np.log(every[~own]).mean()) < 0.02
+
+
 # ---------------------------------------------------------------------------------------- in training
 def drawn(**options):
     """A batch of whole windows, in double precision."""
@@ -265,22 +284,3 @@ def test_every_body_has_the_usual_size():
             )
             size = stature(side["template"][row, :count], humot_body.heights)
             assert size == pytest.approx(USUAL, rel=1e-5)
-
-
-def test_half_of_the_bodies_slant_by_some_degrees():
-    humot_body, numbers = body(BODIES["one"]), np.random.default_rng(0)
-    every = np.array([slants(numbers, humot_body) for _ in range(1000)])
-    assert 0.45 < every.any(axis=(1, 2)).mean() < 0.55
-    shin = [humot_body.character.roles[joint] for joint in humot_body.joints].index("left_foot")
-    length = np.linalg.norm(humot_body.template[shin] - humot_body.template[humot_body.parents[shin]])
-    moved = np.linalg.norm(every[every.any(axis=(1, 2))][:, shin], axis=1) / length
-    assert 5 < np.degrees(2 * np.arcsin(moved / 2)).mean() < 15
-
-
-def test_half_of_the_bodies_keep_their_own_and_the_others_differ_by_a_fifth_or_so():
-    humot_body, numbers = body(BODIES["one"]), np.random.default_rng(0)
-    every = np.array([proportions(numbers, humot_body) for _ in range(2000)])
-    own = (every == 1.0).all(axis=1)
-    assert 0.46 < own.mean() < 0.54
-    assert 0.2 < np.log(every[~own]).std() < 0.3
-    assert abs(np.log(every[~own]).mean()) < 0.02

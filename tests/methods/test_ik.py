@@ -234,6 +234,15 @@ def test_long_motions_are_not_held_many_times_over():
     assert peak < 6.5 * source.rotations.nbytes
 
 
+def test_a_wild_motion_stays_finite_unit_and_continuous():
+    source = dance(body(), frames=80, seed=2)
+    for target in OTHERS.values():
+        result = run(InverseKinematics, source, target)
+        assert np.isfinite(result.root).all()
+        np.testing.assert_allclose(np.linalg.norm(result.rotations, axis=-1), 1.0, atol=1e-12)
+        assert np.einsum("fjc,fjc->fj", result.rotations[1:], result.rotations[:-1]).min() > 0.0
+
+
 # ------------------------------------------------------------------------------------------ recorded motion
 PAWS = ("left_foot", "right_foot", "left_hand", "right_hand")
 
@@ -285,12 +294,3 @@ def shorter(body: Character) -> Character:
                 offsets[joint] *= share
     skeleton = Skeleton(body.skeleton.names, body.skeleton.parents, offsets, body.skeleton.end_sites)
     return Character.of("short", skeleton, roles=body.roles)
-
-
-def test_a_wild_motion_stays_finite_unit_and_continuous():
-    source = dance(body(), frames=80, seed=2)
-    for target in OTHERS.values():
-        result = run(InverseKinematics, source, target)
-        assert np.isfinite(result.root).all()
-        np.testing.assert_allclose(np.linalg.norm(result.rotations, axis=-1), 1.0, atol=1e-12)
-        assert np.einsum("fjc,fjc->fj", result.rotations[1:], result.rotations[:-1]).min() > 0.0

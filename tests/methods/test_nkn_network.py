@@ -18,7 +18,7 @@ from torch import Tensor
 from retarget_bench.api import Context
 from retarget_bench.methods.nkn import plugin
 from retarget_bench.methods.nkn import plugin as Nkn
-from retarget_bench.methods.nkn.network import Decoder
+from retarget_bench.methods.nkn.network import Decoder, Generator
 from retarget_bench.methods.nkn.network.bodies import Bodies
 from retarget_bench.methods.nkn.network.cells import KINDS, Kind, Layer
 from retarget_bench.motion import kinematics
@@ -153,6 +153,28 @@ def test_a_pose_is_the_engines_forward_kinematics():
         expected[1] = 7.0 + plain[row, 66 + 1]
         np.testing.assert_allclose(plain[row, :66], expected, atol=1e-10)
         np.testing.assert_allclose(rise[row, 0], expected[1], atol=1e-10)
+
+
+def test_without_gradients_the_decoder_answers_the_same():
+    torch.manual_seed(3)
+    decoder, who, codes = Decoder(22, 9, "tf").double().eval(), bodies(3), torch.randn(5, 3, 9).double()
+    recorded = decoder(codes, who)[0].detach()
+    with torch.no_grad():
+        poses = decoder(codes, who)[0]
+    # Not to the last bit: kinematics normalises rotations once more where gradients are recorded.
+    torch.testing.assert_close(poses, recorded, rtol=0, atol=1e-12)
+
+
+def test_dropout_reaches_every_input_and_only_while_training():
+    torch.manual_seed(4)
+    generator, who, poses = Generator(22, 9, "tf").double(), bodies(2), torch.randn(4, 2, 70).double()
+
+    def answer() -> Tensor:
+        return generator.decoder(generator.encoder(poses)[1], who)[0]
+
+    assert not torch.equal(answer(), answer())
+    generator.eval()
+    assert torch.equal(answer(), answer())
 
 
 # ---------------------------------------------------------------------------------------------- losses

@@ -178,6 +178,23 @@ def test_no_step_waits_for_the_device(module: Any) -> None:
         torch.cuda.set_sync_debug_mode("default")
 
 
+@CUDA
+@pytest.mark.parametrize("precision", ["float32", "bfloat16"])
+@pytest.mark.parametrize("module", LEARNED, indirect=True)
+def test_steps_lower_the_loss(module: Any, precision: Any) -> None:
+    cuda = torch.device("cuda")
+    module.modules.to(cuda)
+    config = TrainingConfig(steps=30, batch=6, window=16, rate=1e-3, precision=precision)
+    phases = optimiser_phases(module, config, cuda)
+    batch, losses = drawn(module, cuda), []
+    for number in range(30):
+        torch.manual_seed(number)
+        memory: dict[str, Any] = {}
+        measured = [phase(batch, memory, 1e-3) for phase in phases]
+        losses.append(sum(float(x) for name, x in measured[0].items() if not name.endswith("norm")))
+    assert np.mean(losses[-5:]) < np.mean(losses[:5])
+
+
 # ---------------------------------------------------------------------------------------- reduced precision
 STEPS = 3
 LEARNERS: dict[str, Callable[[], Any]] = {

@@ -311,3 +311,9 @@ def test_a_body_of_no_known_structure_is_explained():
         role = hugo.roles[joint]
         expected = assignment.layout.edges if role == "hips" else place[role] - 1
         assert weight == pytest.approx(expected / 1000.0), role
+
+
+def test_bodies_that_were_trained_on_need_no_explanation():
+    method = pan_material.trained()
+    for name in pan_material.TWO:
+        assert asked(method, method_bodies.dance(BODIES[name], 2)).note == ""

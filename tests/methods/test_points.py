@@ -276,3 +276,10 @@ def test_what_it_cannot_do_is_said() -> None:
     assert "has none" in (method.supports(BODIES["one"], bare) or "")
     with pytest.raises(NotSupported, match="no mesh"):
         method.retarget(dance(bare, 3), BODIES["one"], context=Context())
+
+
+def test_every_edge_is_there_once() -> None:
+    skin = Skin(BODIES["one"])
+    assert len(skin.edges) == 12 * len(BODIES["one"].skeleton)  # an octahedron has twelve
+    assert (skin.edges[:, 0] < skin.edges[:, 1]).all()
+    assert len(np.unique(skin.edges, axis=0)) == len(skin.edges)

@@ -177,6 +177,14 @@ def test_no_width_changes_nothing_and_a_negative_one_is_refused():
         smoothed(answer, -1.0)
 
 
+@pytest.mark.parametrize("frames", [1, 2, 3])
+def test_clips_of_a_frame_or_two(frames):
+    answer = dance(body()).at(slice(0, frames))
+    averaged = smoothed(answer, 0.04)
+    assert averaged.frames == frames
+    assert np.isfinite(averaged.positions).all()
+
+
 # ---------------------------------------------------------------------------------- rotations for positions
 def fitted(prediction):
     return registry.create("posts", "fit").process(prediction, prediction, context=Context())
@@ -222,11 +230,3 @@ def test_it_gives_what_a_method_with_that_rule_gives(method, rule):
     flat = target.positions(usual.positions, usual.fps)
     there = RootPath(root_rule=rule).process(flat, source, context=NOTHING)
     np.testing.assert_allclose(there.positions, expected.positions, atol=1e-12)
-
-
-@pytest.mark.parametrize("frames", [1, 2, 3])
-def test_clips_of_a_frame_or_two(frames):
-    answer = dance(body()).at(slice(0, frames))
-    averaged = smoothed(answer, 0.04)
-    assert averaged.frames == frames
-    assert np.isfinite(averaged.positions).all()

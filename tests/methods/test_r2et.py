@@ -190,6 +190,20 @@ def test_a_batch_is_windows_and_bodies(module):
     assert 8 < int(same.sum()) < 32
 
 
+def test_the_discriminator_ignores_padding():
+    torch.manual_seed(2)
+    network = TrajectoryDiscriminator()
+    paths, lengths = torch.randn(4, 60, 3), torch.tensor([60, 31, 8, 1])
+    expected = network(paths, lengths)
+    other = paths.clone()
+    for row, length in enumerate(lengths.tolist()):
+        other[row, length:] = torch.nan
+    torch.testing.assert_close(network(other, lengths), expected)
+    longer = torch.cat([other, torch.full((4, 21, 3), torch.nan)], 1)
+    torch.testing.assert_close(network(longer, lengths)[1:], expected[1:])
+    assert torch.isfinite(network(paths[:, :1], torch.ones(4, dtype=torch.long))).all()
+
+
 # -------------------------------------------------------------------------------------------- answers
 @pytest.mark.parametrize("chunk", [1, 7, 1000])
 def test_chunks_change_nothing(method, chunk):
@@ -218,17 +232,3 @@ def test_head_toes_and_hands_turn_as_the_sources(method):
     assert turned[:, joints].max() < 1e-6
     others = [joint for joint in range(22) if joint not in joints]
     assert turned[:, others].max(0).min() > 1e-3
-
-
-def test_the_discriminator_ignores_padding():
-    torch.manual_seed(2)
-    network = TrajectoryDiscriminator()
-    paths, lengths = torch.randn(4, 60, 3), torch.tensor([60, 31, 8, 1])
-    expected = network(paths, lengths)
-    other = paths.clone()
-    for row, length in enumerate(lengths.tolist()):
-        other[row, length:] = torch.nan
-    torch.testing.assert_close(network(other, lengths), expected)
-    longer = torch.cat([other, torch.full((4, 21, 3), torch.nan)], 1)
-    torch.testing.assert_close(network(longer, lengths)[1:], expected[1:])
-    assert torch.isfinite(network(paths[:, :1], torch.ones(4, dtype=torch.long))).all()

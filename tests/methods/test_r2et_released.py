@@ -212,11 +212,13 @@ def test_statistics_may_lie_beside_it(file):
 
 
 def test_a_constant_of_their_positions_has_deviation_one(file):
+    before = R2ET(weights=str(file)).weights_hash
     values = file.parent.parent / STATS / "mixamo_local_motion_std.npy"
     array = np.load(values)
     array[0, 0] = 0.0
     np.save(values, array)
     assert R2ET(weights=str(file)).tensors["scale.positions_deviation"][:3].tolist() == [1.0, 1.0, 1.0]
+    assert R2ET(weights=str(file)).weights_hash != before, "results know the bytes of all files"
 
 
 def test_weights_of_another_network_are_refused(file):

@@ -161,6 +161,15 @@ def test_nothing_is_averaged_over_a_cut_of_the_source():
     assert off[40] > 0.1
 
 
+def test_changes_are_averaged_over_time_and_the_source_is_not():
+    source = dance(body(), 60)
+    trembling = 10.0 * (-1.0) ** np.arange(60)
+    copied = transfer.carry(source, OTHER, "hip_height")
+    inner = slice(15, 45)  # the ends are kept where they are
+    assert far(answered(Lossy(trembling), source, OTHER), copied, inner) < 1e-3
+    assert far(answered(Lossy(trembling), source, OTHER, ["residual[sigma=0]"]), copied) > 0.02
+
+
 # ------------------------------------------------------------------------------------------ what it takes
 def test_a_joint_that_the_source_lacks_moves_with_the_one_that_it_hangs_from():
     source = dance(without(body(), "LeftToeBase"))
@@ -229,6 +238,24 @@ def test_a_pair_of_which_the_method_does_not_know_the_source_as_a_target_is_unsu
     assert Composed(Picky(), []).supports(body(), OTHER) is None
 
 
+def test_what_a_post_processor_does_to_its_reconstruction_is_its_own_affair():
+    class Spoils:
+        card = replace(registry.create("posts", "residual").card, name="spoils", needs="reconstruction")
+
+        def supports(self, source, target):
+            return None
+
+        def process(self, prediction, source, *, context):
+            context.reconstruction.rotations[:] = 7.0
+            return prediction
+
+    source = dance(body())
+    answer = Composed(Lossy(), [Spoils(), registry.create("posts", "residual")]).retarget(
+        source, SMALL, context=Context()
+    )
+    assert far(answer, transfer.carry(source, SMALL, "hip_height")) < 1e-6
+
+
 # ------------------------------------------------------------------------------------- by whose networks
 def test_pan_reconstructs_a_source_by_the_networks_that_answer_for_the_target():
     """Between two structures these are others than its own; what they lose is then the same, so that
@@ -293,21 +320,3 @@ def test_a_reconstruction_goes_through_what_stands_before():
     assert isinstance(own, Motion)
     assert (answer.character, own.character) == (OTHER, source.character)
     assert nothing is None
-
-
-def test_what_a_post_processor_does_to_its_reconstruction_is_its_own_affair():
-    class Spoils:
-        card = replace(registry.create("posts", "residual").card, name="spoils", needs="reconstruction")
-
-        def supports(self, source, target):
-            return None
-
-        def process(self, prediction, source, *, context):
-            context.reconstruction.rotations[:] = 7.0
-            return prediction
-
-    source = dance(body())
-    answer = Composed(Lossy(), [Spoils(), registry.create("posts", "residual")]).retarget(
-        source, SMALL, context=Context()
-    )
-    assert far(answer, transfer.carry(source, SMALL, "hip_height")) < 1e-6

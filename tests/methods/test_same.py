@@ -94,6 +94,24 @@ def test_low_and_slow_nodes_are_in_contact() -> None:
     np.testing.assert_array_equal(features.astype(bool), expected)
 
 
+def test_the_first_frame_moves_as_the_second_does(motion) -> None:
+    features = see(body(motion.character), motion)
+    for columns in (VELOCITY, CHANGE):
+        np.testing.assert_array_equal(features[0, :, columns], features[1, :, columns])
+    np.testing.assert_array_equal(features[0, 0, 9:12], features[1, 0, 9:12])
+    np.testing.assert_allclose(
+        features[..., POSITION] - features[..., VELOCITY] / 30.0, features[..., BEFORE], atol=1e-4
+    )
+
+
+def test_twist_leaves_no_turn_about_the_vertical_axis() -> None:
+    any_ = rotation.from_rotation_vector(np.random.default_rng(0).normal(size=(50, 3)))
+    rest = rotation.multiply(rotation.conjugate(features.twist(any_)), any_)
+    assert np.abs(rest[:, 2]).max() < 1e-12
+    upside_down = np.array([[0.0, 1.0, 0.0, 0.0]])
+    np.testing.assert_array_equal(features.twist(upside_down), [[1, 0, 0, 0]])
+
+
 # ------------------------------------------------------------------------------------------------ bodies
 def test_last_joints_have_tips_and_fingers_are_their_ends() -> None:
     plain = same_material.BODIES["plain"]
@@ -315,21 +333,3 @@ def test_what_nodes_say_of_the_hips_moves_is_not_read() -> None:
         assert torch.equal(model.encode(features, side), model.encode(other, side))
         other[0, :, 9:13] = 7.0
         assert not torch.equal(model.encode(features, side), model.encode(other, side))
-
-
-def test_the_first_frame_moves_as_the_second_does(motion) -> None:
-    features = see(body(motion.character), motion)
-    for columns in (VELOCITY, CHANGE):
-        np.testing.assert_array_equal(features[0, :, columns], features[1, :, columns])
-    np.testing.assert_array_equal(features[0, 0, 9:12], features[1, 0, 9:12])
-    np.testing.assert_allclose(
-        features[..., POSITION] - features[..., VELOCITY] / 30.0, features[..., BEFORE], atol=1e-4
-    )
-
-
-def test_twist_leaves_no_turn_about_the_vertical_axis() -> None:
-    any_ = rotation.from_rotation_vector(np.random.default_rng(0).normal(size=(50, 3)))
-    rest = rotation.multiply(rotation.conjugate(features.twist(any_)), any_)
-    assert np.abs(rest[:, 2]).max() < 1e-12
-    upside_down = np.array([[0.0, 1.0, 0.0, 0.0]])
-    np.testing.assert_array_equal(features.twist(upside_down), [[1, 0, 0, 0]])

@@ -70,6 +70,10 @@ def test_statistics_are_of_the_clips() -> None:
     assert (mean[CONTACT.start], deviation[CONTACT.start]) == (0.0, 1.0)
 
 
+def test_clips_shorter_than_a_window_are_left_out() -> None:
+    assert len(same_material.training_module((30, 5))._performances) == 1
+
+
 # ----------------------------------------------------------------------------------------------- losses
 def whole(module, rows=4):
     """A batch, its truth, and an answer beside it."""
@@ -162,7 +166,3 @@ def test_the_world_is_a_product_of_the_moves() -> None:
             frame = frame @ np.array(move)
             expected = local[nodes, k] @ frame[:3, :3].T + frame[:3, 3]
             np.testing.assert_allclose(truth.world[nodes, k].numpy(), expected, atol=1e-3)
-
-
-def test_clips_shorter_than_a_window_are_left_out() -> None:
-    assert len(same_material.training_module((30, 5))._performances) == 1

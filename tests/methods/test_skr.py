@@ -13,7 +13,7 @@ import torch
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.skin import SKIN
-from retarget_bench.methods.skin.network import SkinningPredictor
+from retarget_bench.methods.skin.network import SkinningPredictor, size
 from retarget_bench.methods.skin.posing import transforms_of
 from retarget_bench.methods.skr import SKR
 from retarget_bench.methods.skr.inference import joints_of, placed
@@ -201,6 +201,24 @@ def test_says_what_it_cannot_do():
     assert "mesh" in method.unfit(replace(ada, skin=None))
 
 
+def test_reduced_precision_only_chooses_the_points():
+    module = skr_material.skr_training()
+    batch = to_device(module.draw(np.random.default_rng(0), 4), CPU)
+    exact = module.losses("network", batch, {})["joints"]
+    with torch.autocast("cpu", torch.bfloat16):
+        rough = module.losses("network", batch, {})["joints"]
+    assert rough.dtype == torch.float32
+    assert rough.item() == pytest.approx(exact.item(), rel=0.02)
+
+
+def test_joints_at_rest_are_drawn_again_and_again():
+    method, mesh = skr_material.untrained(), skr_material.body().mesh
+    drawn = method.resting(mesh.vertices, mesh.faces, 4)
+    assert drawn.shape == (4, 22, 3)
+    assert len(np.unique(drawn[:, 0, 1])) == 4
+    np.testing.assert_array_equal(drawn, method.resting(mesh.vertices, mesh.faces, 4))
+
+
 # ----------------------------------------------------------------------------------------- stretched bodies
 LEFT, RIGHT = [*range(6, 10), *range(14, 18)], [*range(10, 14), *range(18, 22)]
 
@@ -273,6 +291,15 @@ def test_every_structure_of_the_training_can_be_stretched():
         # the end joint of h36m17's head lies on its top
         box = vertices.min(axis=0) - 0.02, vertices.max(axis=0) + 0.02
         assert ((joints > box[0]) & (joints < box[1])).all(), structure
+
+
+def test_bones_keep_their_stretched_lengths_in_every_pose():
+    stretched, arrays = body()
+    stretch = stretched.drawn(np.random.default_rng(3))
+    rest = lengths(at_rest(stretched, stretch)[1])
+    for frame in (0, 25, 50):
+        posed = stretched.posed(stretch, arrays["turns"][frame], arrays["shifts"][frame])[1]
+        np.testing.assert_allclose(lengths(posed), rest, rtol=1e-9)
 
 
 # ----------------------------------------------------------------------------------------------------- SKIN
@@ -362,19 +389,12 @@ def test_joints_are_those_that_skr_finds():
     np.testing.assert_array_equal(method._skeletons(body, 2), expected)
 
 
-def test_reduced_precision_only_chooses_the_points():
-    module = skr_material.skr_training()
-    batch = to_device(module.draw(np.random.default_rng(0), 4), CPU)
-    exact = module.losses("network", batch, {})["joints"]
-    with torch.autocast("cpu", torch.bfloat16):
-        rough = module.losses("network", batch, {})["joints"]
-    assert rough.dtype == torch.float32
-    assert rough.item() == pytest.approx(exact.item(), rel=0.02)
-
-
-def test_joints_at_rest_are_drawn_again_and_again():
-    method, mesh = skr_material.untrained(), skr_material.body().mesh
-    drawn = method.resting(mesh.vertices, mesh.faces, 4)
-    assert drawn.shape == (4, 22, 3)
-    assert len(np.unique(drawn[:, 0, 1])) == 4
-    np.testing.assert_array_equal(drawn, method.resting(mesh.vertices, mesh.faces, 4))
+def test_begins_with_shares_that_fall_with_the_distance():
+    torch.manual_seed(0)
+    network = SkinningPredictor().eval()
+    points, joints = (torch.from_numpy(each.astype(np.float32))[None] for each in standing())
+    near = (points.unsqueeze(2) - joints.unsqueeze(1)).norm(dim=-1) / size(joints)
+    with torch.no_grad():
+        actual = network(points, joints)
+    nearest = actual.gather(-1, near.argmin(-1, keepdim=True))
+    assert nearest.mean() > 10 / 22  # ten times an even share

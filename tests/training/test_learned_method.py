@@ -206,6 +206,16 @@ def test_local_weights_are_known_by_what_they_are_and_not_by_where_they_lie(shif
     assert {entry.status for entry in again.entries} == {"ok"}
 
 
+def test_other_weights_under_the_same_name_are_computed_anew(shifter, tmp_path):
+    write(shifter / "weights", 0.01, "walks")
+    (first,) = carry_out(tmp_path / "runs", "shifter")
+    write(shifter / "weights", 0.5, "walks")
+    bound._method.cache_clear()
+    (second,) = carry_out(tmp_path / "runs", "shifter")
+    assert first.header.keys != second.header.keys
+    assert first.header.method.label == second.header.method.label == "shifter"
+
+
 # ------------------------------------------------------------------------------------------ bench info
 FULL = {
     "data": {"spec": "puppets[size=default]", "label": "puppets-1.0 default", "clips": 800, "hours": 1.21},
@@ -299,13 +309,3 @@ def test_tensors_changed_behind_the_card_are_told_before_old_results_are_shown(s
     file.unlink()
     with pytest.raises(BenchError, match="cannot be read"):
         _ = made(f"shifter[weights={tmp_path / 'mine'}]").weights_hash
-
-
-def test_other_weights_under_the_same_name_are_computed_anew(shifter, tmp_path):
-    write(shifter / "weights", 0.01, "walks")
-    (first,) = carry_out(tmp_path / "runs", "shifter")
-    write(shifter / "weights", 0.5, "walks")
-    bound._method.cache_clear()
-    (second,) = carry_out(tmp_path / "runs", "shifter")
-    assert first.header.keys != second.header.keys
-    assert first.header.method.label == second.header.method.label == "shifter"

@@ -159,6 +159,23 @@ def test_what_reproduces_a_paper_has_no_average_and_what_is_ours_has_one():
             assert presets["paper"].average == 0, name
 
 
+def test_without_validation_the_last_average_is_exported(averaged_run, tmp_path):
+    averaged_run(data="toy_walks[kind=unwatched]")
+    tensors, average = weights.read(tmp_path / "run").tensors, part(tmp_path / "run", "average/")
+    same(dict(tensors), {name: average[f"map.{name}"] for name in ("weight", "bias")})
+
+
+def test_an_update_reads_no_number_of_the_device():
+    """On ``meta``, where there are shapes and no numbers, whatever copies one to the host raises."""
+    modules = nn.Linear(2, 2, device="meta")
+    average = WeightAverage(modules, DECAY)
+    average.update(1)
+    with average.in_place():
+        pass
+    with pytest.raises((NotImplementedError, RuntimeError)):
+        float(modules.weight.detach().sum())
+
+
 # ----------------------------------------------------------------------------------- means of two trainings
 def test_shares_are_those_of_the_run_and_counters_are_not_averaged():
     before = {"weight": torch.tensor([1.0, 2.0]), "steps": torch.tensor(3)}
@@ -194,20 +211,3 @@ def test_a_run_that_began_elsewhere_is_refused(tmp_path):
     weights.write(tmp_path, "weights", shipped.tensors, {**shipped.card, "init": "0" * 16})
     with pytest.raises(BenchError, match="did not begin from the shipped weights of pan, but from 0000"):
         command.main(["pan", str(tmp_path)], standalone_mode=False)
-
-
-def test_without_validation_the_last_average_is_exported(averaged_run, tmp_path):
-    averaged_run(data="toy_walks[kind=unwatched]")
-    tensors, average = weights.read(tmp_path / "run").tensors, part(tmp_path / "run", "average/")
-    same(dict(tensors), {name: average[f"map.{name}"] for name in ("weight", "bias")})
-
-
-def test_an_update_reads_no_number_of_the_device():
-    """On ``meta``, where there are shapes and no numbers, whatever copies one to the host raises."""
-    modules = nn.Linear(2, 2, device="meta")
-    average = WeightAverage(modules, DECAY)
-    average.update(1)
-    with average.in_place():
-        pass
-    with pytest.raises((NotImplementedError, RuntimeError)):
-        float(modules.weight.detach().sum())
