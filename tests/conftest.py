@@ -53,7 +53,7 @@ LONGEST = (
     "metrics/test_fid.py",
     "test_plugins.py",
     "test_python.py",
-    "methods/test_skin.py",
+    "methods/test_skr.py",
     "motion/test_fit.py",
     "engine/test_plot_kinds.py",
     "engine/test_statistics.py",
