@@ -47,6 +47,19 @@ LONGEST = (
     "methods/test_on_a_gpu.py",
     "engine/test_assets.py",
     "methods/test_nkn.py",
+    "viewing/test_player.py",
+    "engine/test_check_red.py",
+    "metrics/test_fid.py",
+    "test_plugins.py",
+    "test_python.py",
+    "methods/test_skr.py",
+    "motion/test_fit.py",
+    "engine/test_plot_kinds.py",
+    "engine/test_statistics.py",
+    "methods/test_footfix.py",
+    "test_cli.py",
+    "datasets/test_mixamo_real.py",
+    "motion/test_bvh_real.py",
 )
 """Files that begin: a worker that were given one of them last would end alone."""
 

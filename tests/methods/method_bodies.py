@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -113,6 +114,14 @@ def dance(character: Character, frames: int = 40, seed: int = 0) -> Motion:
     height = character.measures.hip_height
     root = np.stack([0.3 * np.sin(t), height + 0.05 * np.cos(t), 0.5 * t], axis=1)
     return pose(character, frames, turns, root)
+
+
+def elsewhere(motion: Motion, degrees: float, shift: Sequence[float] = (0.0, 0.0, 0.0)) -> Motion:
+    """The motion turned about the vertical axis, then shifted."""
+    turn = Rotation.from_euler("Y", degrees, degrees=True)
+    rotations = motion.rotations.copy()
+    rotations[:, 0] = first(turn * Rotation.from_quat(rotations[:, 0], scalar_first=True))
+    return motion.character.motion(rotations, turn.apply(motion.root) + shift, motion.fps)
 
 
 def squat(character: Character, frames: int = 60, deepest: float = 60.0) -> Motion:

@@ -6,12 +6,11 @@ from typing import Any
 
 import torch
 from method_bodies import body, dance
-from training_material import batch, single_precision
+from training_material import single_precision
 
 from retarget_bench.motion.character import Character
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData
-from retarget_bench.training.phases import optimiser_phases
 
 CAST = {
     "one": body("one"),
@@ -54,19 +53,3 @@ def training_module(
     return method.training_module(
         training_data(method, cast), TrainingConfig(steps=1, batch=4, window=window, rate=1e-3)
     )
-
-
-def train(module: Any, steps: int, rate: float = 1e-3) -> list[dict[str, float]]:
-    """A few steps as the loop does them; what was measured."""
-    phases = optimiser_phases(
-        module, TrainingConfig(steps=steps, batch=4, window=16, rate=rate), torch.device("cpu")
-    )
-    losses = []
-    for step in range(steps):
-        torch.manual_seed(step)
-        memory: dict[str, Any] = {}
-        measured: dict[str, torch.Tensor] = {}
-        for phase in phases:
-            measured |= phase(batch(module, rows=4, seed=step), memory, rate)
-        losses.append({name: float(each) for name, each in measured.items()})
-    return losses

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import tracemalloc
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from method_bodies import about, body, dance, first, pose, squat
+from method_bodies import about, body, dance, elsewhere, first, pose, squat
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.api import Context
 from retarget_bench.methods.copy_rotations import plugin as CopyRotations
 from retarget_bench.methods.ik import plugin as InverseKinematics
+from retarget_bench.motion import contact, importer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.planting.cuts import takes
@@ -126,32 +128,13 @@ def test_palms_that_meet_keep_meeting():
     np.testing.assert_allclose(np.linalg.norm(apart(loose)[middle]), copied, atol=1e-9)
 
 
-def test_a_wild_motion_stays_finite_unit_and_continuous():
-    source = dance(body(), frames=80, seed=2)
-    for target in OTHERS.values():
-        result = run(InverseKinematics, source, target)
-        assert np.isfinite(result.root).all()
-        np.testing.assert_allclose(np.linalg.norm(result.rotations, axis=-1), 1.0, atol=1e-12)
-        assert np.einsum("fjc,fjc->fj", result.rotations[1:], result.rotations[:-1]).min() > 0.0
-
-
 def test_turning_the_source_turns_the_result():
     source, target = squat(body()), OTHERS["long thighs"]
-    turn = Rotation.from_euler("Y", 130, degrees=True)
-    spun = np.array(source.rotations)
-    spun[:, 0] = first(turn * Rotation.from_quat(source.rotations[:, 0, [1, 2, 3, 0]]))
-    moved = source.character.motion(spun, turn.apply(source.root), source.fps)
-    straight, turned = (run(InverseKinematics, each, target) for each in (source, moved))
-    expected = turn.apply(straight.positions.reshape(-1, 3))
-    np.testing.assert_allclose(turned.positions.reshape(-1, 3), expected, atol=1e-8)
-
-
-@pytest.mark.parametrize("frames", [1, 2, 3])
-def test_clips_of_a_frame_or_two(frames):
-    source = squat(body(), frames=max(frames, 2)).at(slice(0, frames))
-    result = run(InverseKinematics, source, OTHERS["short"])
-    assert result.frames == frames
-    assert np.isfinite(result.positions).all()
+    straight, turned = (
+        run(InverseKinematics, each, target).positions for each in (source, elsewhere(source, 130.0))
+    )
+    expected = Rotation.from_euler("Y", 130, degrees=True).apply(straight.reshape(-1, 3))
+    np.testing.assert_allclose(turned.reshape(-1, 3), expected, atol=1e-8)
 
 
 def test_a_body_without_legs_is_refused_with_a_reason():
@@ -249,3 +232,65 @@ def test_long_motions_are_not_held_many_times_over():
     finally:
         tracemalloc.stop()
     assert peak < 6.5 * source.rotations.nbytes
+
+
+def test_a_wild_motion_stays_finite_unit_and_continuous():
+    source = dance(body(), frames=80, seed=2)
+    for target in OTHERS.values():
+        result = run(InverseKinematics, source, target)
+        assert np.isfinite(result.root).all()
+        np.testing.assert_allclose(np.linalg.norm(result.rotations, axis=-1), 1.0, atol=1e-12)
+        assert np.einsum("fjc,fjc->fj", result.rotations[1:], result.rotations[:-1]).min() > 0.0
+
+
+# ------------------------------------------------------------------------------------------ recorded motion
+PAWS = ("left_foot", "right_foot", "left_hand", "right_hand")
+
+
+def load(path: Path, frames: int) -> Motion:
+    motion = importer.load(path).motion
+    return motion.resample(30.0).at(slice(0, frames))
+
+
+def slide(result: Motion, source: Motion, roles: tuple[str, ...]) -> float:
+    """Body heights per second that contact joints glide over the floor while the source's are planted."""
+    source_feet, result_feet = (
+        each.positions[:, each.character.joints(roles)] for each in (source, result)
+    )
+    planted = contact.planted(source_feet, source.character.height, source.fps)[1:]
+    steps = np.linalg.norm(np.diff(result_feet[..., [0, 2]], axis=0), axis=-1)
+    return float((steps * planted).sum() / planted.sum() * source.fps / result.character.height)
+
+
+def both(source: Motion, target: Character) -> tuple[Motion, Motion]:
+    methods = (CopyRotations(), InverseKinematics())
+    copied, held = (each.retarget(source, target, context=Context()) for each in methods)
+    return copied, held
+
+
+@pytest.mark.parametrize("clip", ["dance1_subject1", "push1_subject2", "obstacles3_subject4"])
+def test_a_person_on_another_rig(real_data: Path, clip: str):
+    source = load(real_data / "lafan1" / f"{clip}.bvh", 600)
+    target = load(real_data / "mixamo_r2et" / "Ortiz" / "Salsa Dancing.bvh", 2).character
+    copied, held = both(source, target)
+    assert slide(held, source, FEET) < 0.35 * slide(copied, source, FEET)
+    low = held.positions[:, target.joints(FEET), 1].min(axis=1)
+    assert np.quantile(low, 0.05) > -0.02 * target.height
+
+
+def test_a_dog_with_shorter_legs(real_data: Path):
+    source = load(real_data / "dog" / "D1_047_KAN01_001.bvh", 400)
+    target = shorter(source.character)
+    copied, held = both(source, target)
+    assert slide(held, source, PAWS) < 0.5 * slide(copied, source, PAWS)
+
+
+def shorter(body: Character) -> Character:
+    """The same body with legs of 70 and fore legs of 75 per cent, and a longer back."""
+    offsets = np.array(body.skeleton.offsets)
+    for joint, role in enumerate(body.roles):
+        for part, share in (("leg", 0.7), ("foot", 0.7), ("forearm", 0.75), ("hand", 0.75), ("spine", 1.2)):
+            if role is not None and role.split("_", 1)[-1].startswith(part):
+                offsets[joint] *= share
+    skeleton = Skeleton(body.skeleton.names, body.skeleton.parents, offsets, body.skeleton.end_sites)
+    return Character.of("short", skeleton, roles=body.roles)

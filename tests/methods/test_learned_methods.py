@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from copy import deepcopy
 from dataclasses import replace
 from itertools import product
 from typing import Any
 
 import numpy as np
+import pan_material
 import pytest
 import torch
 from learned_methods import LEARNED, Learned
-from method_bodies import dance
+from method_bodies import body, dance, elsewhere, without
+from scipy.spatial.transform import Rotation
 from torch.utils._pytree import tree_leaves
 from training_material import batch, training_data
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins import registry
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
@@ -53,6 +58,11 @@ PIECES = {
     "paired": "methods.paired.inference.CHUNK",
 }
 """How many frames of a clip go through the networks at once."""
+PATHS = {
+    **dict.fromkeys(("nkn", "nkn_cross", "pmnet", "pmnet_cross", "smrm", "same"), "integrated"),
+    "pan[parts=three]": "decoded",
+}
+"""Whose paths may follow the source's, and the name of their paths that do not."""
 of_each = pytest.mark.parametrize("learned", LEARNED.values(), ids=list(LEARNED))
 PLAIN = {name: each for name, each in LEARNED.items() if "[" not in name or "parts" in name}
 of_plain = pytest.mark.parametrize("learned", PLAIN.values(), ids=list(PLAIN))
@@ -65,6 +75,8 @@ ODD = [
     ("pan", {"target_stats": "own"}, "needs statistics=character"),
     ("pan", {"velocity": 1.0, "root": "position"}, "root=position lacks that"),
     ("pan", {"parts": "three", "root": "position"}, "root=position lacks that"),
+    ("san", {"target_stats": "own"}, "nothing to leak"),
+    ("san", {"cycle": float("inf")}, "finite"),
     ("nkn", {"hidden": 0}, "hidden is at least 1, same between 0 and 1"),
     ("nkn", {"same": 1.5}, "hidden is at least 1, same between 0 and 1"),
     ("nkn", {"facing": -1.0}, "hidden is at least 1, same between 0 and 1"),
@@ -74,6 +86,7 @@ ODD = [
     ("pmnet", {"facing": -1.0}, "hidden is at least 1, same between 0 and 1"),
     ("smrm", {"context": 1}, "smrm"),
     ("smrm", {"hidden": 0}, "smrm"),
+    ("smrm", {"noise": -0.1}, "noise"),
     ("smrm", {"same": 1.5}, "smrm"),
     ("smrm", {"smooth": -1.0}, "smrm"),
     ("r2et", {"facing": -1.0}, "facing of r2et is not negative, and dropout a share"),
@@ -94,6 +107,30 @@ ODD = [
     ("npt", {"pooling": "mean"}, "npt"),
 ]
 """Parameters that cannot be, and words of the sentence that says so."""
+
+
+DOG, ARMLESS = pan_material.BODIES["rex"], without(body(), "LeftHand")
+THING = Character.of(
+    "thing", Skeleton(("Thing", "Other"), np.array([-1, 0]), np.eye(2, 3)), roles=(None, None)
+)
+UNFIT = [
+    ("nkn", ARMLESS, "left_hand"),
+    ("nkn", body(spines=4), ""),
+    ("smrm", ARMLESS, "left_hand"),
+    ("smrm", body(spines=5), ""),
+    ("humot", DOG, "stands on four legs"),
+    ("paired", DOG, "four legs"),
+    ("paired", body(), ""),
+    ("same", THING, "no joint of thing is known as hips"),
+    ("same", DOG, ""),
+    ("pan", DOG, r"pan\[parts=three\] is for bodies of two and of four"),
+    ("pan[parts=three]", DOG, ""),
+    ("san", DOG, "four legs"),
+    ("san[structures=all]", DOG, ""),
+    ("san[structures=dog]", body(), "not of dog"),
+    ("skr", body(), "mesh"),
+]
+"""Bodies, and words of the sentence that says why a method does not train on them; none where it does."""
 
 
 def phases_of(module: Any) -> list[OptimiserPhase]:
@@ -262,6 +299,12 @@ def test_parameters_that_cannot_be_are_refused(name: str, parameters: Any, words
         registry.load("methods", name)(**parameters)
 
 
+@pytest.mark.parametrize(("spec", "character", "words"), UNFIT)
+def test_bodies_that_are_unfit_are_told_why(spec: str, character: Character, words: str) -> None:
+    assert re.search(words, why := registry.create("methods", spec).unfit(character))
+    assert bool(why) == bool(words)
+
+
 # ---------------------------------------------------------------------------------------------- answers
 @of_each
 def test_any_length_and_rate(learned: Learned) -> None:
@@ -314,6 +357,40 @@ def test_answers_depend_on_source_and_target(learned: Learned) -> None:
     other = learned.source(dance(learned.body(learned.names[0][0]), source.frames, 17))
     one, two = (places(answer(method, each, target)) for each in (source, other))
     assert np.abs(one - two).max() > 1e-3 * target.height
+
+
+@pytest.mark.parametrize("name", [name for name in PLAIN if name not in ("skr", "npt")])
+def test_answers_turn_and_move_with_their_source(name: str) -> None:
+    """But for methods that draw points, which have others then."""
+    learned = LEARNED[name]
+    method, target = learned.method(), learned.body(learned.names[0][2])
+    source = dance(learned.body(learned.names[0][0]), 30)
+    answers = [
+        places(answer(method, learned.source(each), target))
+        for each in (source, elsewhere(source, 130.0), elsewhere(source, 0.0, (3.0, 0.0, -5.0)))
+    ]
+    turned = Rotation.from_euler("Y", 130, degrees=True).apply(answers[0].reshape(-1, 3))
+    np.testing.assert_allclose(answers[1].reshape(-1, 3), turned, atol=2e-5 * target.height)
+    step = answers[2] - answers[0]
+    assert np.abs(step - step[0, 0]).max() < 2e-6 * target.height
+    np.testing.assert_allclose(step[0, 0] / step[0, 0, 0], [1.0, 0.0, -5.0 / 3.0], atol=1e-6)
+
+
+@pytest.mark.parametrize(("name", "summed"), PATHS.items())
+def test_errors_of_relative_paths_fade_and_those_of_summed_ones_add_up(name: str, summed: str) -> None:
+    """Twenty seconds by networks that learnt nothing, whose moves are wrong from beginning to end."""
+    learned = LEARNED[name]
+    body, target = learned.body(learned.names[0][0]), learned.body(learned.names[0][2])
+    source, plain = dance(body, 600), learned.method()
+    ratio, away = target.measures.hip_height / body.measures.hip_height, {}
+    for path in ("relative", summed):
+        method = type(plain)(**{**plain.facts(), "path": path}).using(plain.tensors)
+        off = (answer(method, source, target).root - ratio * source.root)[:, [0, 2]]
+        away[path] = np.linalg.norm(off, axis=-1)
+        assert away[path][0] < 1e-6
+    assert away["relative"][300:].max() < 1.2 * away["relative"][:100].max()
+    assert away[summed][300:].max() > 1.2 * away[summed][:100].max()
+    assert away[summed].max() > 3.0 * away["relative"].max()
 
 
 @pytest.mark.parametrize("name", [name for name in PLAIN if name != "npt"])

@@ -1,23 +1,33 @@
-"""NKN's networks: their sizes, and that the quick way through time is the plain one."""
+"""NKN's networks: the quick way through time is the plain one; bodies that lack joints (SMRM's too)."""
 
 from __future__ import annotations
 
+from functools import cache
+from typing import Any
+
 import numpy as np
 import pytest
+import smrm_material
 import torch
-from nkn_toys import CAST
+import training_material
+from learned_methods import LEARNED
+from method_bodies import SHORT, body, dance, without
 from scipy.spatial.transform import Rotation
-from torch import Tensor, nn
+from torch import Tensor
 
-from retarget_bench.methods.nkn import losses as terms
+from retarget_bench.api import Context
 from retarget_bench.methods.nkn import plugin
+from retarget_bench.methods.nkn import plugin as Nkn
 from retarget_bench.methods.nkn.network import Decoder, Generator
 from retarget_bench.methods.nkn.network.bodies import Bodies
 from retarget_bench.methods.nkn.network.cells import KINDS, Kind, Layer
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.body22 import PARENTS
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.training.layers.kinematic.pose import Scale, quaternions
 from retarget_bench.training.layers.masks import time_first_mask
 from retarget_bench.training.layers.twist import twist
@@ -25,43 +35,7 @@ from retarget_bench.training.layers.twist import twist
 NKN = plugin()
 
 
-@pytest.mark.parametrize(("cell", "count"), [("tf", 5_870_172), ("torch", 5_876_316)])
-def test_the_generator_has_the_parameters_of_record(cell, count):
-    generator = Generator(len(PARENTS), 512, cell)
-    assert sum(each.numel() for each in generator.parameters()) == count
-
-
 # ----------------------------------------------------------------------------------------------- cells
-def twin(layer: Layer) -> nn.GRU:
-    """PyTorch's own GRU with the weights of a layer; its gates are in the same order."""
-    size, inputs = layer.hidden, len(layer.kernel)
-    peer = nn.GRU(inputs, size).double()
-    for name, value in (
-        ("weight_ih_l0", layer.kernel.T),
-        ("weight_hh_l0", layer.weights.T),
-        ("bias_ih_l0", layer.bias),
-        ("bias_hh_l0", layer.state_bias),
-    ):
-        getattr(peer, name).data.copy_(value)
-    return peer
-
-
-def test_torchs_cell_is_torchs_gru():
-    torch.manual_seed(0)
-    layer = Layer(5, 7, "torch").double()
-    peer = twin(layer)
-    inputs, start = torch.randn(6, 3, 5).double(), torch.randn(3, 7).double()
-    own_inputs, reference_inputs = inputs.clone().requires_grad_(), inputs.clone().requires_grad_()
-    states, expected = layer(own_inputs, start), peer(reference_inputs, start[None])[0]
-    torch.testing.assert_close(states, expected)
-    weight = torch.randn_like(states)
-    (states * weight).sum().backward()
-    (expected * weight).sum().backward()
-    torch.testing.assert_close(own_inputs.grad, reference_inputs.grad)
-    torch.testing.assert_close(layer.kernel.grad, peer.weight_ih_l0.grad.T)
-    torch.testing.assert_close(layer.weights.grad, peer.weight_hh_l0.grad.T)
-    torch.testing.assert_close(layer.bias.grad, peer.bias_ih_l0.grad)
-    torch.testing.assert_close(layer.state_bias.grad, peer.bias_hh_l0.grad)
 
 
 def plain_cell(layer: Layer, inputs: Tensor, state: Tensor, kind: Kind) -> Tensor:
@@ -85,14 +59,15 @@ def plain_cell(layer: Layer, inputs: Tensor, state: Tensor, kind: Kind) -> Tenso
     return keep * state + (1.0 - keep) * fresh
 
 
-def test_tensorflows_cell_follows_its_equations():
+@pytest.mark.parametrize("kind", KINDS)
+def test_cells_follow_their_equations(kind):
     torch.manual_seed(1)
-    layer = Layer(5, 7, "tf").double()
+    layer = Layer(5, 7, kind).double()
     inputs = torch.randn(6, 3, 5).double()
     state, expected = torch.randn(3, 7).double(), []
     start = state
     for frame in inputs:
-        state = plain_cell(layer, frame, state, "tf")
+        state = plain_cell(layer, frame, state, kind)
         expected.append(state)
     states = layer(inputs, start)
     torch.testing.assert_close(states, torch.stack(expected))
@@ -143,28 +118,6 @@ def test_the_decoder_is_a_plain_loop_and_so_is_its_gradient(kind):
     torch.testing.assert_close(results[0], results[1])
 
 
-def test_without_gradients_the_decoder_answers_the_same():
-    torch.manual_seed(3)
-    decoder, who, codes = Decoder(22, 9, "tf").double().eval(), bodies(3), torch.randn(5, 3, 9).double()
-    recorded = decoder(codes, who)[0].detach()
-    with torch.no_grad():
-        poses = decoder(codes, who)[0]
-    # Not to the last bit: kinematics normalises rotations once more where gradients are recorded.
-    torch.testing.assert_close(poses, recorded, rtol=0, atol=1e-12)
-
-
-def test_dropout_reaches_every_input_and_only_while_training():
-    torch.manual_seed(4)
-    generator, who, poses = Generator(22, 9, "tf").double(), bodies(2), torch.randn(4, 2, 70).double()
-
-    def answer() -> Tensor:
-        return generator.decoder(generator.encoder(poses)[1], who)[0]
-
-    assert not torch.equal(answer(), answer())
-    generator.eval()
-    assert torch.equal(answer(), answer())
-
-
 def test_dropouts_gradient_is_that_of_the_masks_it_drew():
     """Central differences, with the same masks each time."""
     decoder, who, codes = Decoder(22, 6, "tf").double(), bodies(2), torch.randn(4, 2, 6).double()
@@ -202,9 +155,26 @@ def test_a_pose_is_the_engines_forward_kinematics():
         np.testing.assert_allclose(rise[row, 0], expected[1], atol=1e-10)
 
 
-def test_scales_are_inverse_to_each_other():
-    who, poses = bodies(2), torch.randn(3, 2, 70).double()
-    torch.testing.assert_close(who.scale.poses(who.scale.plain(poses)), poses)
+def test_without_gradients_the_decoder_answers_the_same():
+    torch.manual_seed(3)
+    decoder, who, codes = Decoder(22, 9, "tf").double().eval(), bodies(3), torch.randn(5, 3, 9).double()
+    recorded = decoder(codes, who)[0].detach()
+    with torch.no_grad():
+        poses = decoder(codes, who)[0]
+    # Not to the last bit: kinematics normalises rotations once more where gradients are recorded.
+    torch.testing.assert_close(poses, recorded, rtol=0, atol=1e-12)
+
+
+def test_dropout_reaches_every_input_and_only_while_training():
+    torch.manual_seed(4)
+    generator, who, poses = Generator(22, 9, "tf").double(), bodies(2), torch.randn(4, 2, 70).double()
+
+    def answer() -> Tensor:
+        return generator.decoder(generator.encoder(poses)[1], who)[0]
+
+    assert not torch.equal(answer(), answer())
+    generator.eval()
+    assert torch.equal(answer(), answer())
 
 
 # ---------------------------------------------------------------------------------------------- losses
@@ -225,22 +195,71 @@ def test_twist_has_a_finite_gradient_where_its_angle_is_lost():
     assert torch.isfinite(locked.grad).all()
 
 
-def test_smoothness_and_differences_and_drift_by_hand():
-    poses = torch.zeros(3, 1, 7)
-    poses[:, 0, 4] = torch.tensor([1.0, 3.0, 6.0])  # upwards
-    poses[:, 0, 0] = torch.tensor([5.0, 5.5, 7.0])
-    real = time_first_mask(torch.tensor([3]), 3)
-    assert terms.smooth(poses, real).item() == 2.0**2 + 3.0**2
-    assert terms.smooth(poses, time_first_mask(torch.tensor([2]), 3)).item() == 2.0**2
-    differences = terms.differences(poses)
-    assert differences.shape == (1, 2, 7)
-    assert differences[0, :, 0].tolist() == [0.5, 1.5]
-    assert differences[0, :, 4].tolist() == [3.0, 6.0]
-    assert terms.drift(poses, torch.zeros_like(poses), real).item() == 1.0 + 4.0**2 + 10.0**2
-    places, moves = terms.apart(poses, torch.zeros_like(poses), real)
-    assert (places.item(), moves.item()) == (5.0**2 + 5.5**2 + 7.0**2, 1.0 + 9.0 + 36.0)
+# ---------------------------------------------------------------------------------- bodies that lack joints
+TOES = ("LeftToeBase", "RightToeBase")
+FULL, TOELESS = body(), without(body(), *TOES)
+METHODS = ("nkn", "smrm")
 
 
-def test_bodies_of_the_cast_have_the_tree_of_record():
-    for character in CAST.values():
-        assert tuple(NKN.body(character).skeleton.parents.tolist()) == PARENTS
+@cache
+def method(name: str) -> Any:
+    return LEARNED[name].method()
+
+
+def answer(name: str, source: Any, target: Character) -> Motion:
+    return method(name).retarget(source, target, context=Context())
+
+
+def with_toes_of_no_length() -> Character:
+    """``TOELESS`` with toes again, where the feet are."""
+    full = FULL.skeleton
+    offsets = full.offsets.copy()
+    offsets[[full.names.index(name) for name in TOES]] = 0.0
+    tips = ()
+    return Character.of("twin", Skeleton(full.names, full.parents, offsets, tips))
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_toes_of_no_length_change_nothing(name):
+    """As source and as target: a body without toes is answered as one whose toes have no length."""
+    twin, motion = with_toes_of_no_length(), dance(TOELESS)
+    kept = [twin.skeleton.names.index(joint) for joint in TOELESS.skeleton.names]
+    rotations = np.zeros((motion.frames, len(twin.skeleton), 4))
+    rotations[..., 0] = 1.0
+    rotations[:, kept] = motion.rotations
+    twin_motion = twin.motion(rotations, motion.root, motion.fps)
+    np.testing.assert_allclose(
+        answer(name, twin_motion, FULL).positions, answer(name, motion, FULL).positions, atol=1e-6
+    )
+    toeless, other = (answer(name, dance(FULL), target).positions for target in (TOELESS, twin))
+    np.testing.assert_allclose(other[:, kept], toeless, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_both_train_on_bodies_that_lack_joints(name):
+    method = Nkn(hidden=16, facing=3.0) if name == "nkn" else smrm_material.SMRM(hidden=16)
+    cast = {"full": FULL, "short": SHORT}
+    clips = {
+        who: [ClipArrays(who, "dance", {k: np.float32(a) for k, a in method.prepare(dance(each)).items()})]
+        for who, each in cast.items()
+    }
+    module = method.training_module(
+        TrainingData(cast, clips), TrainingConfig(steps=1, batch=4, window=12, rate=1e-3)
+    )
+    memory: dict[str, Any] = {}
+    for phase in module.phases:
+        terms = module.losses(phase.name, training_material.batch(module), memory)
+        assert all(bool(torch.isfinite(term)) for term in terms.values())
+
+
+def test_smrm_places_what_it_answers_where_the_body_has_it():
+    module = smrm_material.training_module()
+    shape = module.features.body(SHORT)
+    lacks = torch.from_numpy(shape.aligned.lacks[None])
+    body_of = [torch.from_numpy(each[None]) for each in (shape.offsets, shape.resting)]
+    codes = torch.randn(1, 5, 16, generator=torch.Generator().manual_seed(0))
+    poses, _ = module.generator.decode(codes, *body_of, lacks=lacks)
+    rotations = poses.rotations.detach().double().numpy()
+    places = shape.aligned.motion(rotations[0], np.zeros((5, 3)), 30.0).positions
+    places = (places - places[:, [shape.aligned.joints[0]]])[:, list(shape.aligned.joints)]
+    np.testing.assert_allclose(poses.positions[0].detach() * shape.unit, places, atol=1e-5)

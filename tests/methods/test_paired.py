@@ -9,9 +9,9 @@ from torch import Tensor
 
 from retarget_bench.api import optional
 from retarget_bench.methods.paired import Paired, augmentation, pose
-from retarget_bench.methods.paired.features import BODY22, FEET, RoleBody
+from retarget_bench.methods.paired.features import BODY22, RoleBody
 from retarget_bench.methods.paired.inference import retargeted
-from retarget_bench.methods.paired.network import Corrector, applied, copy_of, goals_of, inputs_of
+from retarget_bench.methods.paired.network import Corrector, copy_of, goals_of, inputs_of
 from retarget_bench.methods.paired.training import PairedTraining
 from retarget_bench.motion import rotation, transfer
 from retarget_bench.motion.body22 import PARENTS
@@ -66,20 +66,6 @@ def loosened(network: Corrector, size: float = 0.05) -> Corrector:
 
 
 # ------------------------------------------------------------------------------------------------ poses
-def test_no_correction_is_the_copy(training: PairedTraining) -> None:
-    row = batch(training)
-    bodies = row["source"], row["target"]
-    correction = training.network(
-        *inputs_of(training.network, row["motion"], *bodies), row["real"]["frames"]
-    )
-    answer = applied(training.network, correction, row["motion"], *bodies)
-    copied = copy_of(training.network, correction.scale, row["motion"], *bodies)
-    moved = (answer.positions - copied.positions).norm(dim=-1).amax((0, 1))
-    others = [joint for joint in range(len(BODY22)) if joint not in pose.LOWER]
-    assert (moved[others] < 2e-5).all()
-    assert (
-        moved[pose.LOWER] < 0.03
-    ).all()  # other reference poses bend some limbs backwards; these turn round
 
 
 def test_limbs_meet_goals_in_reach_and_keep_their_bones(training: PairedTraining) -> None:
@@ -156,14 +142,6 @@ def test_another_reference_pose_moves_nothing(material: TrainingData) -> None:
         assert np.allclose(reposed["rotations"][:, lacking], [1, 0, 0, 0], atol=1e-6)
 
 
-def test_some_reference_poses_are_left_as_they_are() -> None:
-    numbers = np.random.default_rng(0)
-    drawn = np.stack([augmentation.turns(numbers) for _ in range(500)])
-    angles = rotation.angle(drawn, rotation.identity(1))
-    assert 0.15 < (angles.max(-1) == 0).mean() < 0.25
-    assert 2.0 < np.degrees(angles).mean() < 6.0
-
-
 def test_a_body_without_joints_keeps_the_others_where_those_did_not_turn(material: TrainingData) -> None:
     name = min(material.clips)
     arrays, offsets = dict(material.clips[name][0].arrays), RoleBody(material.characters[name]).offsets
@@ -184,15 +162,15 @@ def test_no_training_body_has_the_joints_of_the_held_out_structure() -> None:
     assert not any({"toes", "collar bones", "spine"} <= each for each in drawn)
 
 
+def test_some_reference_poses_are_left_as_they_are() -> None:
+    numbers = np.random.default_rng(0)
+    drawn = np.stack([augmentation.turns(numbers) for _ in range(500)])
+    angles = rotation.angle(drawn, rotation.identity(1))
+    assert 0.15 < (angles.max(-1) == 0).mean() < 0.25
+    assert 2.0 < np.degrees(angles).mean() < 6.0
+
+
 # ------------------------------------------------------------------------------------------------ training
-def test_a_row_is_one_performance_by_two_bodies(training: PairedTraining, material: TrainingData) -> None:
-    of = {RoleBody(each).offsets.tobytes(): name for name, each in material.characters.items()}
-    training_rows = [training._row(np.random.default_rng(seed)) for seed in range(40)]
-    plain = [row for row in training_rows if row["source"]["offsets"].tobytes() in of]
-    assert plain
-    for row in training_rows:
-        assert row["motion"]["hips"].shape == row["truth"]["hips"].shape == (64, 3)
-        assert np.allclose(np.abs(row["motion"]["turn"] @ [1, 1j]), 1, atol=1e-4)
 
 
 def test_pairs_are_gathered_by_performance(material: TrainingData, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -226,10 +204,6 @@ def test_training_bodies_are_told_as_they_are_and_others_as_the_nearest(training
     assert (described.level(described.ankle + described.drop) * described.height).allclose(
         described.drop * described.stretch
     )
-
-
-def test_it_has_its_size(training: PairedTraining) -> None:
-    assert sum(each.numel() for each in training.network.parameters()) == 2_491_454
 
 
 def test_padding_changes_nothing(training: PairedTraining) -> None:
@@ -267,12 +241,3 @@ def _case():
     puppets = bound.dataset(PUPPETS).built
     infos = puppets.cases("retarget", "intra")
     return puppets.load(next(info for info in infos if info.kind == "walk"))
-
-
-def test_bodies_that_it_does_not_know_are_told_as_such() -> None:
-    puppets = bound.dataset(PUPPETS).built
-    dogs = [each for each in puppets.characters().values() if each.four_legged]
-    assert all("four legs" in Paired().unfit(dog) or "no joint" in Paired().unfit(dog) for dog in dogs)
-    people = [each for each in puppets.characters().values() if not each.four_legged]
-    assert all(Paired().unfit(each) == "" for each in people)
-    assert len(FEET) == 4

@@ -1,13 +1,25 @@
-"""What of a structure PAN sees: edges and parts, on the structures of the papers and on odd ones."""
+"""What PAN sees of structures, and motions as its numbers and back."""
 
 from __future__ import annotations
 
-import pan_material
-import pytest
+from dataclasses import replace
+from itertools import product
+from types import SimpleNamespace
 
-from retarget_bench.errors import BenchError
+import method_bodies
+import numpy as np
+import pan_material
+import pan_reference
+import pytest
+from method_bodies import dance
+from scipy.spatial.transform import Rotation
+
+from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.pan import Pan
+from retarget_bench.methods.pan.assignment import assign, in_layout
 from retarget_bench.methods.pan.parts import SIX, THREE, layout_of, parts_of
+from retarget_bench.motion import rotation
+from retarget_bench.training.layers.skeletal.features import Features
 from retarget_bench.training.layers.skeletal.tree import rerooted, where_legs_begin
 
 LEG = ("up_leg", "leg", "foot", "toe")
@@ -19,7 +31,7 @@ def limb(side: str, parts: tuple[str | None, ...]) -> list[str | None]:
 
 
 # 23 and 28 joints, as the skeleton-aware retargeting papers use them
-S23 = [0, 0, 1, 2, 3, 0, 5, 6, 7, 0, 9, 10, 11, 12, 13, 12, 15, 16, 17, 12, 19, 20, 21]
+S23 = [0, *pan_reference.S23.parents[1:]]
 S23_ROLES = [
     "hips",
     *limb("left", LEG),
@@ -28,7 +40,7 @@ S23_ROLES = [
     *limb("left", ARM),
     *limb("right", ARM),
 ]
-S28 = [0, 0, 1, 2, 3, 4, 0, 6, 7, 8, 9, 0, 11, 12, 13, 14, 15, 16, 14, 18, 19, 20, 21, 14, 23, 24, 25, 26]
+S28 = [0, *pan_reference.S28.parents[1:]]
 SPLIT = ("shoulder", None, "arm", "forearm", "hand")
 S28_ROLES = [
     "hips",
@@ -44,31 +56,15 @@ def layout(parents, roles, parts=SIX, four_legged=False):
     return layout_of([-1, *parents[1:]], roles, parts, four_legged)
 
 
-def test_parts_of_the_structure_of_28_joints():
-    structure = layout(S28, S28_ROLES)
+@pytest.mark.parametrize(
+    ("parents", "roles", "expected"),
+    [(S23, S23_ROLES, pan_reference.S23), (S28, S28_ROLES, pan_reference.S28)],
+)
+def test_parts_of_the_structures_of_the_papers(parents, roles, expected):
+    structure = layout(parents, roles)
     assert structure.names == ("left_leg", "right_leg", "spine", "head", "left_arm", "right_arm")
-    assert structure.parts == (
-        (0, 1, 2, 3, 4),
-        (5, 6, 7, 8, 9),
-        (10, 11, 12, 13),
-        (13, 14, 15, 16),
-        (13, 17, 18, 19, 20, 21),
-        (13, 22, 23, 24, 25, 26),
-    )
-    assert structure.edges == 27
-    assert structure.encoded.all()
-
-
-def test_parts_of_the_structure_of_23_joints():
-    structure = layout(S23, S23_ROLES)
-    assert structure.parts == (
-        (0, 1, 2, 3),
-        (4, 5, 6, 7),
-        (8, 9, 10, 11),
-        (11, 12, 13),
-        (11, 14, 15, 16, 17),
-        (11, 18, 19, 20, 21),
-    )
+    assert structure.parts == expected.parts
+    assert structure.edges == len(parents) - 1
     assert structure.encoded.all()
 
 
@@ -78,21 +74,6 @@ def test_a_pelvis_without_a_role_is_of_both_legs():
     structure = layout(parents, ["hips", None, *S23_ROLES[1:]])
     pelvis = {name for name, edges in zip(structure.names, structure.parts, strict=True) if 0 in edges}
     assert pelvis == {"left_leg", "right_leg"}
-
-
-def test_slots_carry_the_joint_that_they_leave():
-    structure = layout(S23, S23_ROLES)
-    assert structure.turned.tolist() == S23[1:]
-    # three edges leave the hips, three leave the chest, and each has the edge that leads there above it
-    assert [edge for edge in range(22) if structure.above[edge] == -1] == [0, 4, 8]
-    assert [edge for edge in range(22) if structure.above[edge] == 11] == [12, 14, 18]
-    assert structure.ends.tolist() == [3, 7, 13, 17, 21]
-
-
-def test_a_body_with_one_arm_has_five_parts():
-    structure = Pan().body(pan_material.BODIES["one_one_armed"]).layout
-    assert structure.names == ("left_leg", "right_leg", "spine", "head", "left_arm")
-    assert structure.encoded.all()
 
 
 def test_three_parts_of_two_legs_and_of_four():
@@ -214,3 +195,158 @@ def test_names_that_are_no_parts():
 def test_a_structure_without_any_part():
     with pytest.raises(BenchError, match="no joint of any of the body parts"):
         layout([0, 0, 1], ["hips", "tail_1", "tail_2"])
+
+
+# ----------------------------------------------------------------------------------------- motions and back
+BODIES = pan_material.BODIES
+FORMS = [
+    Features(*each) for each in product(("velocity", "position", "height"), ("world", "body"), (0.0, 3.0))
+]
+
+
+def there_and_back(features, motion, body, yaw, tips=True):
+    encoded = features.see(motion, body)
+    ends = body.ends_of(motion) if tips else None
+    ratios = features.ratios(motion.character, body.character)
+    return features.motion(body, encoded["edges"], encoded, ratios, yaw, ends)
+
+
+def apart(one, other, joints=slice(None)) -> float:
+    return float(np.abs(one.positions[:, joints] - other.positions[:, joints]).max()) / one.character.height
+
+
+@pytest.mark.parametrize("yaw", ["source", "predicted"])
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_seen_and_shown_again(features, yaw):
+    for name in ("one", "legs", "one_one_armed", "rex"):
+        body = Pan(parts="three").body(BODIES[name])
+        motion = dance(pan_material.BODIES[name], 25)
+        assert apart(motion, there_and_back(features, motion, body, yaw)) < 1e-9
+
+
+def test_numbers_of_the_root_by_hand():
+    """Velocities and turns are those of the walk, seen from where the body faces."""
+    body = BODIES["one"]
+    angles = np.radians(np.linspace(0.0, 90.0, 10))
+    ahead = 0.02 * np.stack([np.sin(angles), np.zeros(10), np.cos(angles)], axis=1)
+    height = body.measures.hip_height
+    root = np.cumsum(ahead, axis=0) - ahead[0] + [0.0, height, 0.0]
+    motion = method_bodies.pose(body, 10, {"Hips": method_bodies.about("Y", np.degrees(angles))}, root)
+    edges = {
+        kind: Features(kind, "world", 0.0).see(motion, Pan().body(body))["edges"][:, -1]
+        for kind in ("velocity", "height", "position")
+    }
+    turns = np.full(10, angles[1])
+    np.testing.assert_allclose(
+        edges["velocity"], np.stack([0 * turns, 0 * turns, 0 * turns + 2, turns], 1), atol=1e-9
+    )
+    np.testing.assert_allclose(edges["height"][:, 1], 100 * height, atol=1e-9)
+    np.testing.assert_allclose(edges["height"][:, [0, 2, 3]], edges["velocity"][:, [0, 2, 3]], atol=1e-12)
+    np.testing.assert_allclose(edges["position"], np.c_[100 * root, 0 * turns], atol=1e-9)
+    own = Features("velocity", "body", 0.0).see(motion, Pan().body(body))["edges"][:, -1]
+    np.testing.assert_allclose(own[:, 2], 0.02 / (height / 90.0), atol=1e-9)
+
+
+def test_slots_of_one_joint_that_disagree_give_their_mean():
+    """Turned by 10 and by 30 degrees about one axis, the hips are turned by 20; what hangs from each edge
+    keeps the orientation that its own edges say."""
+    body = Pan().body(BODIES["one"])
+    edges = np.zeros((1, body.layout.edges, 4))
+    edges[..., 0] = 1.0
+    leaving = [edge for edge in range(body.layout.edges) if body.layout.parents[edge + 1] == 0]
+    assert len(leaving) == 3
+    for edge, angle in zip(leaving, (10.0, 20.0, 30.0), strict=True):
+        edges[:, edge] = method_bodies.about("X", np.array([angle]))
+    answer = body.motion(edges, None, np.zeros((1, 3)), 30.0)
+    turned = answer.global_rotations[0]
+    for edge, angle in zip(leaving, (10.0, 20.0, 30.0), strict=True):
+        child = body.joints[edge + 1]
+        expected = Rotation.from_euler("X", angle, degrees=True)
+        assert (_turn(turned[child]) * expected.inv()).magnitude() < 1e-6
+    hips = _turn(turned[body.joints[0]])
+    assert (hips * Rotation.from_euler("X", 20.0, degrees=True).inv()).magnitude() < 1e-3
+
+
+# ------------------------------------------------------------------------- other slots and other roots
+@pytest.mark.parametrize("name", ["one", "rex"])
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_joints_are_seen_and_shown_again(features, name):
+    """Ends of chains too, which say their own rotations."""
+    body = Pan(parts="three", variant="released").body(BODIES[name])
+    motion = dance(pan_material.BODIES[name], 12)
+    returned = there_and_back(features, motion, body, "predicted", tips=False)
+    assert apart(motion, returned) < 1e-9
+    assert rotation.angle(returned.global_rotations, motion.global_rotations).max() < 1e-6
+
+
+def turning_pelvis():
+    """A body with a pelvis that dances, and turns it against its hips."""
+    body = pan_material.with_pelvis(BODIES["one"])
+    motion = method_bodies.dance(body, 15)
+    turned = np.array(motion.rotations)
+    turned[:, 1] = method_bodies.about("X", np.linspace(-20.0, 30.0, 15))
+    return body.motion(turned, motion.root, 30.0)
+
+
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_a_body_is_seen_from_its_pelvis_and_shown_again(features):
+    motion = turning_pelvis()
+    body = Pan(variant="released").body(motion.character)
+    assert [motion.character.skeleton.names[joint] for joint in body.joints[:2]] == ["Pelvis", "LeftUpLeg"]
+    assert apart(motion, there_and_back(features, motion, body, "source")) < 1e-9
+    assert body.root(motion)[3] == pytest.approx(motion.positions[3, 1])
+
+
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_bodies_with_a_pelvis_and_without_go_through_one_another_s_structures(features):
+    plain, pelvis = BODIES["one"], turning_pelvis()
+    layouts = [Pan(variant="released").body(each).layout for each in (plain, pelvis.character)]
+    through = in_layout(plain, layouts[1])
+    assert through.joints[0] == plain.joint_of["hips"]
+    assert through.layout.roles[0] is None
+    motion = dance(pan_material.BODIES["one"], 12)
+    assert apart(motion, there_and_back(features, motion, through, "source")) < 1e-9
+    away = in_layout(pelvis.character, layouts[0])
+    returned = there_and_back(features, pelvis, away, "source")
+    present = [joint for joint in away.joints if joint >= 0]
+    assert 1 not in present
+    turns = rotation.angle(returned.global_rotations[:, present], pelvis.global_rotations[:, present])
+    assert turns.max() < 1e-6, "the pelvis follows the hips, and what hangs from it is turned as it was"
+
+
+# ------------------------------------------------------------------------------- another structure
+
+
+def test_a_body_without_any_known_part_is_named():
+    layout = Pan().body(BODIES["one"]).layout
+    torso = pan_material.without(
+        BODIES["one"],
+        *(f"{side}{part}" for side in ("Left", "Right") for part in ("UpLeg", "Leg", "Foot", "Toe")),
+        structure="torso",
+    )
+    legs = replace(layout, names=("left_leg",), parts=layout.parts[:1])
+    assert assign(torso, {"one": SimpleNamespace(layout=layout)}).structure == "one"
+    with pytest.raises(NotSupported, match=r"no joint of any part that these weights know \(left leg\)"):
+        assign(torso, {"one": SimpleNamespace(layout=legs)})
+
+
+def _turn(quaternion) -> Rotation:
+    return Rotation.from_quat(quaternion[[1, 2, 3, 0]])
+
+
+def test_end_sites_are_where_the_file_has_them():
+    body = Pan(parts="three", variant="released").body(BODIES["one"])
+    names = BODIES["one"].skeleton.names
+    assert {names[body.joints[rank]] for rank in body.end_sites} == {"LeftToeBase", "RightToeBase"}
+    for place in body.end_sites.values():
+        np.testing.assert_allclose(place, [0.0, 0.0, 0.05], atol=1e-9)
+
+
+def test_signs_of_slots_do_not_matter_to_their_mean():
+    body = Pan().body(BODIES["one"])
+    motion = dance(pan_material.BODIES["one"], 6)
+    edges = FORMS[0].see(motion, body)["edges"][:, :-1]
+    flipped = edges.copy()
+    flipped[:, ::2] *= -1.0
+    one, other = (body.motion(each, None, np.zeros((6, 3)), 30.0) for each in (edges, flipped))
+    assert apart(one, other) < 1e-9

@@ -75,16 +75,6 @@ def test_parts_of_people_and_dogs_read_and_write_what_theirs_do(legs: Case, name
     assert sorted(inner) == sorted(arrays["structure/scored_joints"].tolist())
 
 
-@pytest.mark.parametrize("name", [*PEOPLE, *LEGS])
-def test_both_forms_of_their_mask_of_attention_are_one(
-    name: str,
-    people: Case,
-    legs: Case,
-):
-    arrays = (people if name in PEOPLE else legs).every[name].arrays
-    np.testing.assert_array_equal(arrays["mask/attention"] == 0, arrays["mask/attention_allowed"] == 1)
-
-
 def test_weights_between_people_are_theirs(people: Case):
     """Positions and the root count inside the reconstruction, and positions inside the cycle."""
     reference, weights = below(people.step, "weight/"), SETTINGS["people"].weights
@@ -117,44 +107,3 @@ def test_weights_between_legs_are_theirs(legs: Case):
     }
     assert actual == {name: pytest.approx(float(each), rel=1e-6) for name, each in reference.items()}
     assert weights.again_positions == pytest.approx(float(reference["lambda_cycle"]))
-
-
-def terms(case: Case, *names: str) -> list[float]:
-    """Weighted, over the names, by structure or pair."""
-    every = [[term.item() for term in case.single[name]] for name in names]
-    return [sum(column) for column in zip(*every, strict=True)]
-
-
-def test_sums_between_people_are_theirs(people: Case):
-    expected, close = below(people.step, "loss/sum/"), pytest.approx
-    assert terms(people, "slots", "root", "places") == close(expected["rec_losses"].tolist(), rel=1e-5)
-    sums = {
-        "rec_loss": ("slots", "root", "places"),
-        "ee_loss": ("ends",),
-        "loss_G": ("adversarial",),
-    }
-    for name, own_terms in sums.items():
-        weight = 50.0 if name == "ee_loss" else 1.0
-        assert sum(terms(people, *own_terms)) / weight == close(float(expected[name]), rel=1e-5), name
-    cycle = sum(terms(people, "latent")) + sum(terms(people, "again_places"))
-    assert cycle / 2.5 == close(float(expected["cycle_loss"]), rel=1e-5)
-    each = [float(people.step[f"loss/D_loss_{number}"]) for number in (0, 1)]
-    assert expected["loss_Ds"].tolist() == close(each)
-
-
-def test_sums_between_legs_are_theirs(legs: Case):
-    expected, close = below(legs.step, "loss/sum/"), pytest.approx
-    dog, human = terms(legs, "slots", "moves", "places")
-    assert [human, dog] == close(expected["rec_losses"].tolist(), rel=1e-5)
-    assert human + dog == close(float(expected["rec_loss"]), rel=1e-5)
-    cycle = 1000.0 * sum(terms(legs, "latent", "again_places"))
-    assert cycle == close(float(expected["cycle_loss"]), rel=1e-5)
-    assert sum(terms(legs, "adversarial")) == close(float(expected["loss_G"]), rel=1e-5)
-    assert sum(terms(legs, "velocity")) / 1000.0 == close(float(expected["retar_root_v_loss"]), rel=1e-5)
-    assert float(legs.step["loss/G_loss_total"]) == close(float(expected["loss_G_total"]))
-
-
-def test_the_step_is_of_the_characters_of_the_input(people: Case):
-    for name in PEOPLE:
-        own = people.every[name].arrays["input/character_of_sample"]
-        np.testing.assert_array_equal(own, people.step[f"step/{name}/character"])

@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 import torch
 from method_bodies import carried, dance
-from nkn_toys import CAST, training_module
+from nkn_toys import CAST, STRUCTURES, training_module
 from scipy.spatial.transform import Rotation
 from training_material import batch
 
-from retarget_bench.methods.pmnet import losses, plugin
-from retarget_bench.methods.pmnet.network import DROP, Generator, divided
+from retarget_bench.methods.pmnet import plugin
+from retarget_bench.methods.pmnet.network import DROP, Generator
+from retarget_bench.methods.pmnet_cross import plugin as PmnetCross
 from retarget_bench.motion.body22 import PARENTS
-from retarget_bench.motion.structures import BODY22
 from retarget_bench.training.layers.masks import time_first_mask
+from retarget_bench.training.phases import to_device
 
 SMALL = {"hidden": 24, "facing": 3.0}
 VARIANTS = {"own": SMALL, "released": {**SMALL, **plugin.card.published[0]}}
@@ -33,13 +34,6 @@ def moving(variant: str, rows: int = 6):
 
 
 # ------------------------------------------------------------------------------------------ the networks
-def test_the_networks_have_the_parameters_of_record():
-    module = training_module(plugin())
-    counts = [
-        sum(each.numel() for each in module.modules[name].parameters())
-        for name in ("generator", "discriminator")
-    ]
-    assert counts == [918_244, 27_569]
 
 
 def test_a_new_network_turns_nothing():
@@ -47,16 +41,6 @@ def test_a_new_network_turns_nothing():
     assert generator.turns.bias.tolist() == generator.mapping.bias.tolist() == [1.0, 0.0, 0.0, 0.0] * 22
     turns = generator.eval().solved(torch.randn(2, 3, 512)).detach()
     assert float((turns[..., 0] - 1.0).abs().max()) < 0.05
-
-
-def test_poses_go_through_one_by_one():
-    generator = Generator(22, 16).eval()
-    places = torch.randn(5, 3, 66)
-    others = torch.randn(5, 3, 66)
-    others[2] = places[2]  # as many poses, so that matrix products round alike
-    np.testing.assert_array_equal(
-        generator.encode(places)[2].detach(), generator.encode(others)[2].detach()
-    )
 
 
 def test_a_fifth_of_hidden_numbers_is_dropped_while_it_learns():
@@ -107,13 +91,6 @@ def test_movements_are_two_convolutions_of_three_frames():
     moved = generator.moved(rows, time_first_mask(torch.tensor([7, 9]), 9))[:, 0].detach().numpy()
     np.testing.assert_allclose(moved[:7], expected, atol=1e-5)
     assert not moved[7:].any()
-
-
-def test_joints_of_knees_feet_and_arms_weigh_twice():
-    assert [rank for rank, weight in enumerate(losses.emphasis(BODY22)) if weight == 2.0] == [
-        *(7, 8, 11, 12),
-        *(15, 16, 19, 20),
-    ]
 
 
 # -------------------------------------------------------------------------------------------- the losses
@@ -258,11 +235,6 @@ def test_every_term_is_its_formula(variant):
     assert loss == pytest.approx(np.log1p(np.exp(-real)).mean() + np.log1p(np.exp(logits)).mean(), rel=1e-3)
 
 
-def test_movements_are_divided_by_sizes_and_turns_are_not():
-    moves = divided(torch.ones(3, 2, 4), torch.tensor([[2.0], [4.0]]))
-    assert moves[1].tolist() == [[0.5, 0.5, 0.5, 1.0], [0.25, 0.25, 0.25, 1.0]]
-
-
 def test_presets_are_the_papers_and_smaller_ones():
     paper = plugin.presets["paper"]
     assert (paper.steps, paper.batch, paper.window, paper.rate) == (15_000, 16, 60, 1e-4)
@@ -286,3 +258,58 @@ def test_movements_that_are_kept_are_scaled_by_heights_alone(variant):
     integrated = plugin(**{**VARIANTS[variant], "lengths": "world", "path": "integrated"})
     answer = carried(integrated.using(module.export()), source, target)
     np.testing.assert_allclose(np.diff(answer.root, axis=0), 0.6 * np.diff(source.root, axis=0), atol=1e-5)
+
+
+# --------------------------------------------------------------------------------------- between structures
+SMALL_CROSS = {"hidden": 12, "facing": 3.0}
+
+
+@pytest.fixture(scope="module")
+def module():
+    built = training_module(PmnetCross(**SMALL_CROSS), cast=STRUCTURES)
+    for each in built.modules["generator"].parameters():
+        each.data += 0.1 * torch.randn_like(each)
+    return built
+
+
+def group_of(module, crossing: bool):
+    drawn = (module.draw(np.random.default_rng(seed), 4)["groups"] for seed in range(50))
+    chosen = next(
+        group
+        for groups in drawn
+        for group in groups
+        if (group["structures"][0] != group["structures"][1]) == crossing
+    )
+    return to_device(chosen, torch.device("cpu"))
+
+
+def test_rows_of_two_structures_are_held_to_features_and_ends(module):
+    crossing, within = ({"groups": [group_of(module, kind)]} for kind in (True, False))
+    terms = {name: each.item() for name, each in module.losses("generator", crossing, {}).items()}
+    assert terms["same_places"] == terms["same_moves"] == 0.0
+    assert min(terms[name] for name in ("places", "features", "adversarial", "ends", "ends_moves")) > 0.0
+    other = module.losses("generator", within, {})
+    assert list(other) == list(terms)
+    assert other["ends"].item() == other["ends_moves"].item() == 0.0
+    assert training_module(PmnetCross(**SMALL_CROSS, ends=0.0), cast=STRUCTURES).ends is None
+
+
+def test_gradients_of_a_crossing_row_reach_the_heads_of_the_target_alone(module):
+    group = group_of(module, True)
+    source, target = (module.modules["generator"][module._names[k]] for k in group["structures"])
+    module.losses("generator", {"groups": [group]}, {})["features"].backward()
+    assert float(target.mapping.weight.grad.abs().max()) > 0.0
+    assert source.mapping.weight.grad is None
+    assert float(source.encoder[0].weight.grad.abs().max()) > 0.0
+    module.modules.zero_grad(set_to_none=True)
+
+
+def test_sources_are_real_to_the_discriminator_of_their_own_structure(module):
+    group, memory = group_of(module, True), {}
+    module.losses("generator", {"groups": [group]}, memory)
+    module.losses("discriminator", {"groups": [group]}, memory)["cross_entropy"].backward()
+    answered = module._names[group["structures"][1]]
+    for name, network in module.modules["discriminator"].items():
+        learned = network.last.weight.grad is not None
+        assert learned == (name == answered)  # the other has judged no answer, so its score stays
+    module.modules.zero_grad(set_to_none=True)

@@ -9,16 +9,14 @@ import pytest
 import torch
 
 import retarget_bench as rb
-from retarget_bench.api import Context, optional
+from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.methods.r2et import R2ET, features
 from retarget_bench.methods.r2et.inference import changed
 from retarget_bench.methods.r2et.network import SkeletonAwareNetwork, joint_code
-from retarget_bench.methods.r2et.released import STATISTICS, renamed
+from retarget_bench.methods.r2et.released import STATISTICS
 from retarget_bench.motion import body22, kinematics_torch, role_finding, rotation
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.plugins import bound
-from retarget_bench.plugins.spec import Spec
 
 STATS = "datasets/mixamo/stats"
 
@@ -213,36 +211,17 @@ def test_statistics_may_lie_beside_it(file):
     assert R2ET(weights=str(file)).weights_hash == first
 
 
-@pytest.mark.parametrize("which", ["weights", "statistics"])
-def test_results_know_the_bytes_of_all_files(file, which):
-    spec = Spec("r2et", {"weights": str(file)})
-    before = optional.weights_hash(bound.method(spec).built)
-    bound._method.cache_clear()
-    if which == "weights":
-        torch.save(renamed_back(file), file)
-    else:
-        values = file.parent.parent / STATS / "mixamo_quat_std.npy"
-        np.save(values, np.load(values) + 0.1)
-    assert optional.weights_hash(bound.method(spec).built) != before
-
-
-def renamed_back(file):
-    weights = torch.load(file, weights_only=True)
-    return {**weights, "module.delta_dec.delta_linear.bias": torch.ones(4)}
-
-
 def test_a_constant_of_their_positions_has_deviation_one(file):
+    before = R2ET(weights=str(file)).weights_hash
     values = file.parent.parent / STATS / "mixamo_local_motion_std.npy"
     array = np.load(values)
     array[0, 0] = 0.0
     np.save(values, array)
     assert R2ET(weights=str(file)).tensors["scale.positions_deviation"][:3].tolist() == [1.0, 1.0, 1.0]
+    assert R2ET(weights=str(file)).weights_hash != before, "results know the bytes of all files"
 
 
 def test_weights_of_another_network_are_refused(file):
-    torch.save({"module.seq.h0.weight": torch.ones(16, 3, 4)}, file)
-    with pytest.raises(FileError, match=r"holds module\.seq\.h0\.weight, so it is not R2ET's"):
-        _ = R2ET(weights=str(file)).tensors
     torch.save({**their_names(), "module.delta_dec.delta_linear.bias": torch.ones(3)}, file)
     with pytest.raises(BenchError, match=r"change\.bias has shape"):
         _ = R2ET(weights=str(file))._network
@@ -257,20 +236,6 @@ def test_statistics_that_are_not_finite_are_refused(file, number):
 
 
 def test_missing_files_are_named(file):
-    with pytest.raises(FileError, match="there is no such file"):
-        _ = R2ET(weights=str(file.with_name("other.pt"))).weights_hash
     (file.parent.parent / STATS / "mixamo_quat_mean.npy").unlink()
     with pytest.raises(FileError, match=r"lacks the statistics .*mixamo_quat_mean\.npy"):
         _ = R2ET(weights=str(file)).weights_hash
-
-
-def test_statistics_that_are_no_array_are_refused(file):
-    values = file.parent.parent / STATS / "mixamo_quat_mean.npy"
-    values.write_bytes(b"no array")
-    with pytest.raises(FileError, match="holds no array of real numbers"):
-        _ = R2ET(weights=str(file)).tensors
-
-
-def test_every_name_of_theirs_is_one_of_ours():
-    own_names = {name for name in SkeletonAwareNetwork().state_dict() if not name.startswith("scale.")}
-    assert set(renamed(their_names(), Path("x.pt"))) == own_names

@@ -125,13 +125,6 @@ def test_what_the_method_changes_between_the_bodies_stays():
 
 
 # ------------------------------------------------------------------------------------------- over time
-def test_changes_are_averaged_over_time_and_the_source_is_not():
-    source = dance(body(), 60)
-    trembling = 10.0 * (-1.0) ** np.arange(60)
-    copied = transfer.carry(source, OTHER, "hip_height")
-    inner = slice(15, 45)  # the ends are kept where they are
-    assert far(answered(Lossy(trembling), source, OTHER), copied, inner) < 1e-3
-    assert far(answered(Lossy(trembling), source, OTHER, ["residual[sigma=0]"]), copied) > 0.02
 
 
 def test_the_weights_are_gaussian():
@@ -166,6 +159,15 @@ def test_nothing_is_averaged_over_a_cut_of_the_source():
     assert off[:40].max() < 1e-6
     assert np.ptp(off[40:]) < 1e-6
     assert off[40] > 0.1
+
+
+def test_changes_are_averaged_over_time_and_the_source_is_not():
+    source = dance(body(), 60)
+    trembling = 10.0 * (-1.0) ** np.arange(60)
+    copied = transfer.carry(source, OTHER, "hip_height")
+    inner = slice(15, 45)  # the ends are kept where they are
+    assert far(answered(Lossy(trembling), source, OTHER), copied, inner) < 1e-3
+    assert far(answered(Lossy(trembling), source, OTHER, ["residual[sigma=0]"]), copied) > 0.02
 
 
 # ------------------------------------------------------------------------------------------ what it takes
@@ -226,6 +228,16 @@ def test_a_bad_reconstruction_is_told_as_one():
         answered(Bad(), dance(body()), OTHER)
 
 
+def test_a_pair_of_which_the_method_does_not_know_the_source_as_a_target_is_unsupported():
+    class Picky(Lossy):
+        def supports(self, source, target):
+            return None if target.name == "other" else f"{target.name} is no target of this"
+
+    method = Composed(Picky(), [registry.create("posts", "residual")])
+    assert method.supports(body(), OTHER) == "puppet is no target of this"
+    assert Composed(Picky(), []).supports(body(), OTHER) is None
+
+
 def test_what_a_post_processor_does_to_its_reconstruction_is_its_own_affair():
     class Spoils:
         card = replace(registry.create("posts", "residual").card, name="spoils", needs="reconstruction")
@@ -242,16 +254,6 @@ def test_what_a_post_processor_does_to_its_reconstruction_is_its_own_affair():
         source, SMALL, context=Context()
     )
     assert far(answer, transfer.carry(source, SMALL, "hip_height")) < 1e-6
-
-
-def test_a_pair_of_which_the_method_does_not_know_the_source_as_a_target_is_unsupported():
-    class Picky(Lossy):
-        def supports(self, source, target):
-            return None if target.name == "other" else f"{target.name} is no target of this"
-
-    method = Composed(Picky(), [registry.create("posts", "residual")])
-    assert method.supports(body(), OTHER) == "puppet is no target of this"
-    assert Composed(Picky(), []).supports(body(), OTHER) is None
 
 
 # ------------------------------------------------------------------------------------- by whose networks

@@ -56,20 +56,6 @@ def test_cut_bodies_are_whole_graphs() -> None:
     assert abs(np.mean(np.array(lost) > 0) - CUT) < 0.08
 
 
-def test_batches_put_bodies_beside_each_other() -> None:
-    rows = training_material.batch(same_material.training_module(), 5)
-    for side in ("source", "target"):
-        graphs, features = rows[side]["graphs"], rows[side]["features"]
-        assert features.shape == (len(graphs.row), same_material.WINDOW, 26)
-        assert graphs.row.unique().tolist() == list(range(5))
-        assert torch.equal(graphs.row[graphs.receivers], graphs.row[graphs.senders])
-        assert len(graphs.receivers) == 2 * (len(graphs.row) - 5)
-
-
-def test_clips_shorter_than_a_window_are_left_out() -> None:
-    assert len(same_material.training_module((30, 5))._performances) == 1
-
-
 def test_statistics_are_of_the_clips() -> None:
     module = same_material.training_module()
     data = training_material.training_data(Same(), same_material.BODIES, (30, 11))
@@ -82,6 +68,10 @@ def test_statistics_are_of_the_clips() -> None:
     np.testing.assert_allclose(mean[ROOT], root.mean(0), atol=1e-3)
     np.testing.assert_allclose(deviation[ROOT], root.std(0), rtol=1e-3)
     assert (mean[CONTACT.start], deviation[CONTACT.start]) == (0.0, 1.0)
+
+
+def test_clips_shorter_than_a_window_are_left_out() -> None:
+    assert len(same_material.training_module((30, 5))._performances) == 1
 
 
 # ----------------------------------------------------------------------------------------------- losses
@@ -176,6 +166,3 @@ def test_the_world_is_a_product_of_the_moves() -> None:
             frame = frame @ np.array(move)
             expected = local[nodes, k] @ frame[:3, :3].T + frame[:3, 3]
             np.testing.assert_allclose(truth.world[nodes, k].numpy(), expected, atol=1e-3)
-
-
-# --------------------------------------------------------------------------------------------- learning

@@ -16,7 +16,7 @@ from training_material import single_precision
 
 from retarget_bench.methods.san import San, released
 from retarget_bench.methods.san.network import Design, Discriminator
-from retarget_bench.methods.san.skeleton import Edges, layout_of
+from retarget_bench.methods.san.skeleton import layout_of
 from retarget_bench.methods.san.structure import Structure
 from retarget_bench.methods.san.training import SanTraining
 from retarget_bench.motion.character import Character
@@ -140,21 +140,6 @@ def close(actual: Tensor, expected: Tensor, relative: float = 1e-5) -> None:
 
 def listed(table: np.ndarray) -> tuple[tuple[int, ...], ...]:
     return tuple(tuple(int(each) for each in row if each >= 0) for row in table)
-
-
-# ---------------------------------------------------------------------------------------- skeletons
-def test_neighbours_and_poolings_are_the_authors(recorded):
-    edges = Edges.of(recorded["structure/parents"].tolist())
-    assert [list(pair) for pair in edges.pairs] == recorded["edges/auto_encoder/0"].tolist()
-    assert edges.neighbours(2, "released") == listed(recorded["neighbours/auto_encoder/0"])
-    groups, left = edges.pooled()
-    assert groups == listed(recorded["pooling_list/auto_encoder/0"])
-    assert [list(pair) for pair in left.pairs] == recorded["edges/auto_encoder/1"].tolist()
-    assert left.neighbours(2, "released") == listed(recorded["neighbours/auto_encoder/1"])
-    assert left.pooled(entire=True)[0] == listed(recorded["pooling_list/auto_encoder/1"])
-    pairs, last = left.pooled()
-    assert pairs == listed(recorded["pooling_list/discriminator/1"])
-    assert [list(pair) for pair in last.pairs] == recorded["edges/discriminator/2"].tolist()
 
 
 # ----------------------------------------------------------------------------------------- networks

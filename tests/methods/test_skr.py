@@ -1,23 +1,27 @@
-"""SKR: sizes of record, points in any order and number, gradients against dense ones, training, weights."""
+"""SKR and SKIN: points in any order and number, gradients, training, stretched bodies, skinning."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 import skr_material
 import torch
-from hypothesis import given
-from hypothesis import strategies as st
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.methods.skin import SKIN
+from retarget_bench.methods.skin.network import SkinningPredictor, size
+from retarget_bench.methods.skin.posing import transforms_of
 from retarget_bench.methods.skr import SKR
 from retarget_bench.methods.skr.inference import joints_of, placed
-from retarget_bench.methods.skr.network import Frame, SkeletonRegressor, largest
+from retarget_bench.methods.skr.network import Frame, largest
+from retarget_bench.methods.skr.stretching import PARTS, StretchedBody
 from retarget_bench.motion import rotation
-from retarget_bench.motion.body22 import Body22
+from retarget_bench.motion.body22 import PARENTS, Body22
+from retarget_bench.motion.skinning_torch import skinned
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
@@ -25,15 +29,11 @@ from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.skinned_body import SkinnedBody, moves_about_hips
 from retarget_bench.training.learned_method import of_weights
 from retarget_bench.training.phases import to_device
-from tests.examples import examples
 
 CPU = torch.device("cpu")
 
 
 # ---------------------------------------------------------------------------------------------- network
-@pytest.mark.parametrize(("features", "parameters"), [(False, 1_612_875), (True, 3_466_251)])
-def test_has_the_parameters_of_the_record(features, parameters):
-    assert sum(each.numel() for each in SkeletonRegressor(features).parameters()) == parameters
 
 
 @pytest.mark.parametrize("views", [1, 2, 4])
@@ -85,17 +85,6 @@ def test_views_share_the_points_and_their_mean_is_the_answer(count, views):
     assert np.ptp(answers, axis=0).max() > 1e-3
     expected = np.mean(answers, axis=0) + middle
     np.testing.assert_allclose(joints_of(network, points, views), expected, atol=1e-5)
-
-
-@given(seed=st.integers(0, 99))
-@examples(10)
-def test_four_views_of_few_points_know_neither_left_from_right_nor_front_from_back(seed):
-    """All of few points are in every view, so a mirror exchanges the sides and changes nothing else."""
-    network, points = skr_material.regressor(), skr_material.points(200, 1, seed)
-    joints = joints_of(network, points, 4)
-    for mirror in ([-1.0, 1.0, 1.0], [1.0, 1.0, -1.0]):
-        again = joints_of(network, [each * np.array(mirror, np.float32) for each in points], 4)
-        np.testing.assert_allclose(again[:, OTHER_SIDE] * mirror, joints, atol=1e-5)
 
 
 def test_the_world_s_direction_is_kept_on_request():
@@ -178,16 +167,6 @@ def test_the_loss_is_the_mean_square_in_units_of_the_points():
     assert loss == pytest.approx((((answer - joints) / unit[:, None, None]) ** 2).mean(), rel=1e-4)
 
 
-def test_reduced_precision_only_chooses_the_points():
-    module = skr_material.skr_training()
-    batch = to_device(module.draw(np.random.default_rng(0), 4), CPU)
-    exact = module.losses("network", batch, {})["joints"]
-    with torch.autocast("cpu", torch.bfloat16):
-        rough = module.losses("network", batch, {})["joints"]
-    assert rough.dtype == torch.float32
-    assert rough.item() == pytest.approx(exact.item(), rel=0.02)
-
-
 # ------------------------------------------------------------------------------------------- the method
 def test_weights_bring_the_parameters_that_they_were_trained_with(tmp_path):
     trained = SKR(network="table5", direction="world")
@@ -199,19 +178,6 @@ def test_weights_bring_the_parameters_that_they_were_trained_with(tmp_path):
     assert complete.stages["skr"].facts() == trained.facts()
     with pytest.raises(BenchError, match="nowhere"):
         of_weights("skr", str(tmp_path / "nowhere"))
-
-
-def test_answers_for_points_and_for_motions_of_the_same_body():
-    motion = skr_material.motions()["ada"]
-    motion = motion.at(slice(3))
-    answer = skr_material.untrained().retarget(motion, motion.character, context=Context(seed=3))
-    assert answer.frames == 3
-    assert np.isfinite(answer.positions).all()
-    again = skr_material.untrained().retarget(motion, motion.character, context=Context(seed=3))
-    np.testing.assert_array_equal(answer.positions, again.positions)
-    places = motion.character.positions(motion.positions, motion.fps)
-    with pytest.raises(NotSupported, match="points"):
-        skr_material.untrained().retarget(places, motion.character, context=Context())
 
 
 def test_joints_that_are_none_of_the_22_stay_on_their_bones():
@@ -228,6 +194,23 @@ def test_joints_that_are_none_of_the_22_stay_on_their_bones():
     assert apart.mean() < 0.01 * motion.character.height
 
 
+def test_says_what_it_cannot_do():
+    method, ada, sumo = skr_material.untrained(), skr_material.body(), skr_material.body("boris")
+    assert method.supports(ada, ada) is None
+    assert "another" in method.supports(ada, sumo)
+    assert "mesh" in method.unfit(replace(ada, skin=None))
+
+
+def test_reduced_precision_only_chooses_the_points():
+    module = skr_material.skr_training()
+    batch = to_device(module.draw(np.random.default_rng(0), 4), CPU)
+    exact = module.losses("network", batch, {})["joints"]
+    with torch.autocast("cpu", torch.bfloat16):
+        rough = module.losses("network", batch, {})["joints"]
+    assert rough.dtype == torch.float32
+    assert rough.item() == pytest.approx(exact.item(), rel=0.02)
+
+
 def test_joints_at_rest_are_drawn_again_and_again():
     method, mesh = skr_material.untrained(), skr_material.body().mesh
     drawn = method.resting(mesh.vertices, mesh.faces, 4)
@@ -236,8 +219,182 @@ def test_joints_at_rest_are_drawn_again_and_again():
     np.testing.assert_array_equal(drawn, method.resting(mesh.vertices, mesh.faces, 4))
 
 
-def test_says_what_it_cannot_do():
-    method, ada, sumo = skr_material.untrained(), skr_material.body(), skr_material.body("boris")
-    assert method.supports(ada, ada) is None
-    assert "another" in method.supports(ada, sumo)
-    assert "mesh" in method.unfit(replace(ada, skin=None))
+# ----------------------------------------------------------------------------------------- stretched bodies
+LEFT, RIGHT = [*range(6, 10), *range(14, 18)], [*range(10, 14), *range(18, 22)]
+
+
+def body(name: str = "ada") -> tuple[StretchedBody, dict[str, np.ndarray]]:
+    motion = skr_material.motions()[name]
+    return StretchedBody(SkinnedBody.of(motion.character)), moves_about_hips(motion)
+
+
+def lengths(joints: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(joints[1:] - joints[list(PARENTS[1:])], axis=-1)
+
+
+def at_rest(stretched: StretchedBody, stretch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    joints = stretched.body.joints
+    return stretched.posed(stretch, rotation.identity(joints), np.zeros((joints, 3)))
+
+
+@pytest.mark.parametrize("name", skr_material.NAMES)
+def test_a_body_that_is_not_stretched_is_as_it_was(name):
+    stretched, arrays = body(name)
+    for frame in (0, 30, 61):
+        turns, shifts = arrays["turns"][frame], arrays["shifts"][frame]
+        vertices, joints = stretched.posed(stretched.unchanged, turns, shifts)
+        np.testing.assert_allclose(vertices, stretched.body.posed(turns, shifts), atol=1e-6)
+        np.testing.assert_allclose(joints, arrays["joints"][frame], atol=1e-12)
+    np.testing.assert_allclose(
+        at_rest(stretched, stretched.unchanged)[1], stretched.body.resting, atol=1e-12
+    )
+
+
+def test_a_longer_shank_moves_its_foot_along_and_nothing_else():
+    stretched, _ = body()
+    stretch = stretched.unchanged.copy()
+    knee = stretched.character_joints[7]
+    bone = stretched.body.resting[8] - stretched.body.resting[7]
+    along = bone / np.linalg.norm(bone)
+    stretch[knee] += 0.5 * np.outer(along, along)
+    before, after = at_rest(stretched, stretched.unchanged)[1], at_rest(stretched, stretch)[1]
+    moved = np.zeros((22, 3))
+    moved[[8, 9]] = 0.5 * bone
+    np.testing.assert_allclose(after - before, moved, atol=1e-9)
+
+
+def test_left_and_right_are_stretched_alike_and_parts_for_themselves():
+    stretched, _ = body()
+    numbers = np.random.default_rng(0)
+    drawn = np.array([lengths(at_rest(stretched, stretched.drawn(numbers))[1]) for _ in range(400)])
+    own = lengths(stretched.body.resting)
+    factors = np.log(drawn / own)
+    np.testing.assert_allclose(factors[:, np.array(LEFT) - 1], factors[:, np.array(RIGHT) - 1], atol=1e-6)
+    spread = factors.std(axis=0)
+    # thigh, shank, upper arm and forearm: the bones that end at knee, ankle, elbow and wrist
+    for rank, part in ((7, 4), (8, 5), (16, 8), (17, 9)):
+        assert spread[rank - 1] == pytest.approx(PARTS[part].length, rel=0.15)
+    related = np.corrcoef(factors[:, [6, 7, 15, 16]].T)
+    assert related[0, 1] > 0.6
+    assert related[2, 3] > 0.6
+    assert abs(related[0, 2]) < 0.2
+
+
+def test_every_structure_of_the_training_can_be_stretched():
+    data: Any = registry.create("datasets", Spec.parse("puppets"))
+    people = {each.structure: each for each in data.characters().values() if not each.four_legged}
+    assert len(people) >= 3
+    for structure, character in people.items():
+        stretched = StretchedBody(SkinnedBody.of(character))
+        vertices, joints = at_rest(stretched, stretched.drawn(np.random.default_rng(1)))
+        assert np.isfinite(vertices).all(), structure
+        # the end joint of h36m17's head lies on its top
+        box = vertices.min(axis=0) - 0.02, vertices.max(axis=0) + 0.02
+        assert ((joints > box[0]) & (joints < box[1])).all(), structure
+
+
+def test_bones_keep_their_stretched_lengths_in_every_pose():
+    stretched, arrays = body()
+    stretch = stretched.drawn(np.random.default_rng(3))
+    rest = lengths(at_rest(stretched, stretch)[1])
+    for frame in (0, 25, 50):
+        posed = stretched.posed(stretch, arrays["turns"][frame], arrays["shifts"][frame])[1]
+        np.testing.assert_allclose(lengths(posed), rest, rtol=1e-9)
+
+
+# ----------------------------------------------------------------------------------------------------- SKIN
+INPUTS = ("distances", "vectors")
+
+
+def standing(name: str = "ada") -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and joints of a body in T-pose."""
+    return skr_material.body(name).mesh.vertices, SkinnedBody.of(skr_material.body(name)).resting
+
+
+@pytest.mark.parametrize("inputs", INPUTS)
+def test_shares_sum_to_one_and_move_and_grow_with_the_body(inputs):
+    method = SKIN(inputs=inputs, joints="truth").using(exported(SkinningPredictor(inputs)))
+    points, joints = standing()
+    actual = method.shares(points, joints)
+    assert actual.shape == (len(points), 22)
+    np.testing.assert_allclose(actual.sum(axis=1), 1.0, atol=1e-6)
+    moved = np.array([3.0, -1.0, 2.0])
+    np.testing.assert_allclose(method.shares(1.3 * points + moved, 1.3 * joints + moved), actual, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", skr_material.NAMES)
+def test_the_mesh_s_own_weights_pose_it_as_its_skeleton_does(name):
+    motion = skr_material.motions()[name].at(slice(0, None, 7))
+    character, mesh, moved = motion.character, motion.character.mesh, moves_about_hips(motion)
+    ranks = list(Body22(character).joints)
+    assert character.structure == "body22"
+    matrices, rest = rotation.to_matrix(moved["turns"][:, ranks]), SkinnedBody.of(character).resting
+    hips = motion.positions[:, ranks[0]] - np.einsum("fab,b->fa", matrices[:, 0], rest[0])
+    shifts, shares = transforms_of(rest, matrices, hips), mesh.weights[:, ranks]
+    there = [torch.from_numpy(each) for each in (mesh.vertices, shares, matrices, shifts)]
+    np.testing.assert_allclose(skinned(*there).numpy(), mesh.skinned(motion), atol=1e-9)
+
+
+def test_rows_are_points_where_their_bodies_have_them():
+    """The true weights of points by barycentric coordinates leave no more than their mixing does."""
+    module = skr_material.skin_training()
+    batch = module.draw(np.random.default_rng(0), 6)
+    assert batch["points"].shape == (6, 256, 3)
+    assert batch["moved"].shape == (6, 4, 256, 3)
+    for row in range(6):
+        each = np.einsum("fjab,pb->fjpa", batch["matrices"][row], batch["points"][row])
+        each += batch["shifts"][row][:, :, None]
+        apart = np.linalg.norm(each - batch["moved"][row][:, None], axis=-1).min(axis=1)
+        assert apart.mean() < 0.02  # metres, by the best of single joints
+    again = module.draw(np.random.default_rng(0), 6)
+    assert all(np.array_equal(batch[key], again[key]) for key in batch)
+
+
+def test_the_loss_is_the_mean_distance_unsquared():
+    module = skr_material.skin_training()
+    batch = to_device(module.draw(np.random.default_rng(0), 3), CPU)
+    loss = module.losses("network", batch, {})["points"].item()
+    apart = []
+    for row in range(3):
+        points, joints = batch["points"][row].numpy(), batch["joints"][row].numpy()
+        with torch.no_grad():
+            shares = module.network(batch["points"][[row]], batch["joints"][[row]])[0].numpy()
+        moves = batch["matrices"][row].numpy(), batch["shifts"][row].numpy()
+        each = np.einsum("fjab,pb->fpja", moves[0], points) + moves[1][:, None]  # by every joint alone
+        there = np.einsum("pj,fpja->fpa", shares, each)
+        unit = np.sqrt(((joints - joints.mean(0)) ** 2).sum(-1).mean())
+        apart.append(np.linalg.norm(there - batch["moved"][row].numpy(), axis=-1) / unit)
+    assert loss == pytest.approx(np.mean(apart), rel=1e-4)
+
+
+def test_poses_the_body_that_it_sees():
+    motion = skr_material.motions()["ada"].at(slice(0, None, 20))
+    body = motion.character
+    method = skr_material.skin_training().method()
+    assert method.supports(body, body) is None
+    answer = method.retarget(motion, body, context=Context())
+    expected = body.mesh.skinned(motion)
+    assert np.linalg.norm(answer.vertices - expected, axis=-1).mean() < 0.05
+    with pytest.raises(NotSupported, match="rotations"):
+        method.retarget(body.positions(motion.positions, 30.0), body, context=Context())
+    assert "another" in method.supports(body, skr_material.body("boris"))
+
+
+def test_joints_are_those_that_skr_finds():
+    method = SKIN(joints="skr")
+    method.__dict__["_regressor"] = skr_material.untrained()
+    body = SkinnedBody.of(skr_material.body())
+    vertices, faces = body.vertices[:, :3], body.faces
+    expected = skr_material.untrained().resting(vertices, faces, 2)
+    np.testing.assert_array_equal(method._skeletons(body, 2), expected)
+
+
+def test_begins_with_shares_that_fall_with_the_distance():
+    torch.manual_seed(0)
+    network = SkinningPredictor().eval()
+    points, joints = (torch.from_numpy(each.astype(np.float32))[None] for each in standing())
+    near = (points.unsqueeze(2) - joints.unsqueeze(1)).norm(dim=-1) / size(joints)
+    with torch.no_grad():
+        actual = network(points, joints)
+    nearest = actual.gather(-1, near.argmin(-1, keepdim=True))
+    assert nearest.mean() > 10 / 22  # ten times an even share

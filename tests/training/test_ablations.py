@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -90,15 +89,6 @@ def test_rows_are_trained_once_and_under_one_budget(options, tmp_path):
         ablations.train_rows(TOY, replace(options, budget="6it"), tmp_path, Silent())
 
 
-def test_an_interrupted_row_goes_on(options, tmp_path):
-    # a validation, and with it a checkpoint, is due after step 5
-    with pytest.raises(KeyboardInterrupt):
-        ablations.train_rows(TOY, replace(options, budget="8it"), tmp_path, Silent(stop=6))
-    reporter = Silent()
-    ablations.train_rows(TOY, replace(options, budget="8it"), tmp_path, reporter)
-    assert [status.step for status in reporter.moments] == [6, 7, 8, *range(1, 9)]
-
-
 def test_the_table_has_the_numbers_of_the_results(options, tmp_path):
     trained = ablations.train_rows(TOY, options, tmp_path, Silent())
     plan = ablations.plan_of(TOY, trained, DATA, tmp_path / "results", 1)
@@ -166,29 +156,6 @@ def test_rows_are_tested_on_what_is_asked_for_and_not_trained_again(bench):
     assert "walks few" not in same
     again = bench(*few)[1]
     assert again[again.index("Toys:") :] == text[text.index("Toys:") :]
-
-
-def test_a_test_set_that_has_changed_is_run_again(bench, monkeypatch):
-    few = "toy_walks[kind=few]"
-    data = bound.dataset(Spec.parse(few)).built
-    load = data.load
-
-    def elsewhere(info):
-        case = load(info)
-        here = case.reference
-        away = here.root + np.array([3.0, 0.0, 4.0])
-        return replace(case, reference=case.target.motion(here.rotations, away, 30.0))
-
-    before = bench("--test", few)[1]
-    monkeypatch.setattr(data, "load", elsewhere, raising=False)
-    same = bench("--test", few)[1]
-    assert same[same.index("Toys:") :] == before[before.index("Toys:") :], "what is known is not run"
-    monkeypatch.setattr(data, "content", "another")
-    status, after, _ = bench("--test", few)
-    assert status == 0
-    assert "training toy_trainee" not in after
-    match = re.search(r" plain ([\d.]+) ", after)
-    assert float(match[1]) == pytest.approx(5.0, abs=1.0), "references are five metres away now"
 
 
 def test_what_cannot_be_tested_is_refused_before_anything_is_trained(bench, monkeypatch, tmp_path):

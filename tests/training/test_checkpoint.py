@@ -1,4 +1,6 @@
-"""Checkpoints: whole at any moment, and nothing is believed that is not what was written."""
+"""Checkpoints are whole at any moment, and folders that somebody has edited are told in a sentence."""
+
+from __future__ import annotations
 
 import errno
 import json
@@ -7,8 +9,8 @@ from pathlib import Path
 import pytest
 import torch
 
-from retarget_bench.errors import FileError
-from retarget_bench.training import checkpoint
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.training import checkpoint, log, request
 from retarget_bench.training.checkpoint import Best, Checkpoint
 
 
@@ -108,13 +110,89 @@ def test_damage_is_named_not_trained_on(tmp_path, damage, says):
         checkpoint.read(tmp_path)
 
 
-def test_nothing_is_pickled(tmp_path):
-    """The JSON is JSON, and tensors are in the format whose header is JSON too."""
-    checkpoint.write(tmp_path, made(10, best=10))
-    json.loads((tmp_path / checkpoint.NAME).read_text())
-    for path in tmp_path.glob("*.safetensors"):
-        data = path.read_bytes()
-        size = int.from_bytes(data[:8], "little")
-        assert {"dtype", "shape", "data_offsets"} <= set(
-            next(iter(json.loads(data[8 : 8 + size]).values()))
-        )
+# ------------------------------------------------------------------------------------------- edited folders
+@pytest.fixture
+def cut(toy_run, tmp_path):
+    """The folder of a run that was interrupted, and going on with it."""
+    toy_run(stop=20)
+    return tmp_path / "run", lambda: toy_run(resume=True)
+
+
+NO_CHECKPOINT, NO_REQUEST = "is not a readable checkpoint", "does not describe a training run"
+
+
+def changed(path, change, lost=""):
+    """The JSON file with other facts, and without one."""
+    facts = json.loads(path.read_text()) | change
+    facts.pop(lost, None)
+    path.write_text(json.dumps(facts))
+
+
+@pytest.mark.parametrize("lost", ["step", "seconds", "state", "best", "validation"])
+def test_a_checkpoint_that_lacks_something(cut, lost):
+    folder, go_on = cut
+    changed(folder / checkpoint.NAME, {}, lost)
+    with pytest.raises(FileError, match=rf"checkpoint.json: {NO_CHECKPOINT} \(it lacks {lost}"):
+        go_on()
+
+
+@pytest.mark.parametrize(
+    ("name", "odd", "words"),
+    [
+        (checkpoint.NAME, {"step": "many"}, NO_CHECKPOINT),
+        (checkpoint.NAME, {"state": None}, NO_CHECKPOINT),
+        (checkpoint.NAME, {"state": {"file": "step-15.safetensors"}}, NO_CHECKPOINT),
+        (checkpoint.NAME, {"best": {"step": 15}}, NO_CHECKPOINT),
+        (checkpoint.NAME, {"best": [1]}, NO_CHECKPOINT),
+        (checkpoint.NAME, {"validation": 3}, NO_CHECKPOINT),
+        (checkpoint.NAME, {"validation": [3]}, NO_CHECKPOINT),
+        (request.NAME, {"seed": "0"}, NO_REQUEST),
+        (request.NAME, {"seed": 1.5}, NO_REQUEST),
+        (request.NAME, {"seed": True}, NO_REQUEST),
+        (request.NAME, {"method": 3}, NO_REQUEST),
+        (request.NAME, {"facts": []}, NO_REQUEST),
+        (request.NAME, {"recipe": None}, NO_REQUEST),
+        (request.NAME, {"recipe": {"steps": "40", "batch": 8, "window": 16, "rate": 0.05}}, NO_REQUEST),
+        (request.NAME, {"extra": 1}, NO_REQUEST),
+        (request.NAME, {"budget": "soon"}, "'soon' is no budget"),
+    ],
+)
+def test_something_else_in_a_file(cut, name, odd, words):
+    folder, go_on = cut
+    changed(folder / name, odd)
+    with pytest.raises(BenchError, match=words):
+        go_on()
+
+
+@pytest.mark.parametrize("text", ["null", "3", "[1]", '"run"', "{}"])
+def test_a_request_that_is_none(cut, text):
+    folder, go_on = cut
+    (folder / request.NAME).write_text(text)
+    with pytest.raises(FileError, match=r"run.json: does not describe a training run"):
+        go_on()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"\xff\xfe\x00\n\x80\n",
+        b"rubbish\nmore\n",
+        b"step,seconds,rate\nten,1,1\n",
+        b"step,seconds,rate\n10\n",
+        b"step,seconds,rate\n10,1,1,7,8\n",
+        b"step,seconds,rate,a.x\n10,1,1,much\n",
+        b"step,a.x\n10,1\n",
+    ],
+)
+def test_a_log_that_is_none(cut, data):
+    folder, go_on = cut
+    (folder / log.NAME).write_bytes(data)
+    with pytest.raises(FileError, match=r"log.csv: is not the log of a training run"):
+        go_on()
+
+
+def test_without_its_log_a_run_begins_a_new_one(cut):
+    folder, go_on = cut
+    (folder / log.NAME).unlink()
+    go_on()
+    assert [row["step"] for row in log.read(folder)] == ["20", "30", "40"]

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from retarget_bench.errors import BenchError, NotSupported, Unusable
+from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, joint_datasets, request
@@ -136,11 +136,6 @@ def test_the_validation_part_is_of_those_that_have_one(toy_plugins):
     assert not none.training_notes
 
 
-def test_a_data_set_without_motion_is_named(gathered):
-    with pytest.raises(NotSupported, match=r"^toy_walks has no training motion; see"):
-        gathered("toy_walks+toy_walks[kind=empty]")
-
-
 def test_the_first_with_cases_is_the_one_to_test_on(toy_plugins, monkeypatch):
     assert joint_datasets.tested(BOTH) == ONE
     monkeypatch.setattr(
@@ -151,15 +146,6 @@ def test_the_first_with_cases_is_the_one_to_test_on(toy_plugins, monkeypatch):
 
 
 # -------------------------------------------------------------------------------------------- to train
-def test_the_motion_of_both_is_gathered(gathered):
-    alone, data = gathered(ONE), gathered(BOTH)
-    assert data.structures == {"toy": ("small", "small-2", "tall", "tall-2")}
-    assert data.frames == 2 * alone.frames
-    for name, own in alone.clips.items():
-        for again in (data.clips[name], data.clips[f"{name}-2"]):
-            assert [clip.arrays["root"].tolist() for clip in again] == [
-                clip.arrays["root"].tolist() for clip in own
-            ]
 
 
 def test_a_worker_knows_no_more_than_the_spec(gathered, tmp_path):
@@ -181,16 +167,21 @@ def test_a_worker_knows_no_more_than_the_spec(gathered, tmp_path):
         assert read.motion["rotations"].shape == (clip.frames, 9, 4)
 
 
-def test_clips_that_cannot_be_used_are_left_out_with_the_reason(gathered, monkeypatch):
+def lose(monkeypatch, *clips):
+    """These clips of the toys cannot be used."""
     kind = type(bound.dataset(ONE).built.training()["toy"]["tall"])
     usual = kind.__getitem__
 
     def broken(self, number):
-        if self.names[number] == "walk-tall-1":
+        if self.names[number] in clips:
             raise Unusable(self.names[number], "it was lost")
         return usual(self, number)
 
     monkeypatch.setattr(kind, "__getitem__", broken)
+
+
+def test_clips_that_cannot_be_used_are_left_out_with_the_reason(gathered, monkeypatch):
+    lose(monkeypatch, "walk-tall-1")
     data = gathered(ONE)
     assert [clip.name for clip in data.clips["tall"]] == ["walk-tall-0", "walk-tall-2"]
     assert list(data.notes) == ["not trained on 1 clip of tall: walk-tall-1 (it was lost)"]
@@ -204,16 +195,7 @@ def test_clips_that_cannot_be_used_are_left_out_with_the_reason(gathered, monkey
 
 def test_a_body_of_which_no_clip_can_be_used_is_left_out(gathered, monkeypatch):
     """Bodies that no case shows are known by their first clip that can be used."""
-    kind = type(bound.dataset(ONE).built.training()["toy"]["tall"])
-    usual = kind.__getitem__
-
-    def broken(self, number):
-        name = self.names[number]
-        if name == "walk-tall-0" or "small" in name:
-            raise Unusable(name, "it was lost")
-        return usual(self, number)
-
-    monkeypatch.setattr(kind, "__getitem__", broken)
+    lose(monkeypatch, "walk-tall-0", "walk-small-0", "walk-small-1", "walk-small-2")
     monkeypatch.setattr(type(bound.dataset(ONE).built), "characters", lambda _: {})
     data = gathered(ONE)
     assert [clip.name for clip in data.clips["tall"]] == ["walk-tall-1", "walk-tall-2"]

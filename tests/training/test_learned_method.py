@@ -224,13 +224,6 @@ def test_local_weights_are_known_by_what_they_are_and_not_by_where_they_lie(shif
     assert {entry.status for entry in again.entries} == {"ok"}
 
 
-def test_the_same_weights_by_two_paths_are_one_row(shifter, tmp_path):
-    write(tmp_path / "a", 0.01)
-    shutil.copytree(tmp_path / "a", tmp_path / "copy")
-    both = [f"shifter[weights='{tmp_path / name}']" for name in ("a", "copy")]
-    assert len(carry_out(tmp_path / "runs", *both)) == 1
-
-
 def test_other_weights_under_the_same_name_are_computed_anew(shifter, tmp_path):
     write(shifter / "weights", 0.01, "walks")
     (first,) = carry_out(tmp_path / "runs", "shifter")
@@ -284,11 +277,6 @@ def test_a_card_is_told_in_words():
     assert len(points) == 9
     assert text["has seen"] == "characters small; structures toy; kinds wiggle"
     assert text["hash"] == "ff"
-
-
-def test_a_card_may_tell_little():
-    keys = [line.partition(":")[0] for line in described({**card(), "hash": "ff"})]
-    assert keys == ["trained as", "has seen", "hash"]
 
 
 def test_cards_from_before_they_told_of_motion_and_scoring_are_shown(shifter):

@@ -1,17 +1,22 @@
-"""The average of the weights: its formula, that it only observes, and that it is what is kept."""
+"""Averages of weights: over the steps of a training, and over two trainings."""
+
+from __future__ import annotations
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
 import torch
 from torch import nn
 
+from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, log, loop, weights
 from retarget_bench.training.weight_average import WeightAverage
+from tools.average_weights import card, command, mean
 
 DECAY = 0.8
 
@@ -108,12 +113,6 @@ def test_the_average_is_validated_and_kept_and_buffers_are_as_they_are(averaged_
     assert card["recipe"]["average"] == DECAY
 
 
-def test_without_validation_the_last_average_is_exported(averaged_run, tmp_path):
-    averaged_run(data="toy_walks[kind=unwatched]")
-    tensors, average = weights.read(tmp_path / "run").tensors, part(tmp_path / "run", "average/")
-    same(dict(tensors), {name: average[f"map.{name}"] for name in ("weight", "bias")})
-
-
 def test_training_on_begins_with_the_average(averaged_run, tmp_path, monkeypatch):
     averaged_run("first")
     monkeypatch.setenv("TOY_DUMP", str(tmp_path))
@@ -146,17 +145,6 @@ def test_an_error_while_exchanged_leaves_the_weights():
     assert modules.weight.data_ptr() == place
 
 
-def test_an_update_reads_no_number_of_the_device():
-    """On ``meta``, where there are shapes and no numbers, whatever copies one to the host raises."""
-    modules = nn.Linear(2, 2, device="meta")
-    average = WeightAverage(modules, DECAY)
-    average.update(1)
-    with average.in_place():
-        pass
-    with pytest.raises((NotImplementedError, RuntimeError)):
-        float(modules.weight.detach().sum())
-
-
 def test_what_reproduces_a_paper_has_no_average_and_what_is_ours_has_one():
     names, _ = registry.working("methods")
     presets_of = {}
@@ -169,3 +157,57 @@ def test_what_reproduces_a_paper_has_no_average_and_what_is_ours_has_one():
         assert presets["default"].average > 0, name
         if name != "paired":  # it has no paper
             assert presets["paper"].average == 0, name
+
+
+def test_without_validation_the_last_average_is_exported(averaged_run, tmp_path):
+    averaged_run(data="toy_walks[kind=unwatched]")
+    tensors, average = weights.read(tmp_path / "run").tensors, part(tmp_path / "run", "average/")
+    same(dict(tensors), {name: average[f"map.{name}"] for name in ("weight", "bias")})
+
+
+def test_an_update_reads_no_number_of_the_device():
+    """On ``meta``, where there are shapes and no numbers, whatever copies one to the host raises."""
+    modules = nn.Linear(2, 2, device="meta")
+    average = WeightAverage(modules, DECAY)
+    average.update(1)
+    with average.in_place():
+        pass
+    with pytest.raises((NotImplementedError, RuntimeError)):
+        float(modules.weight.detach().sum())
+
+
+# ----------------------------------------------------------------------------------- means of two trainings
+def test_shares_are_those_of_the_run_and_counters_are_not_averaged():
+    before = {"weight": torch.tensor([1.0, 2.0]), "steps": torch.tensor(3)}
+    after = {"weight": torch.tensor([2.0, 0.0]), "steps": torch.tensor(9)}
+    average = mean(before, after, 0.75)
+    assert average["weight"].tolist() == [1.75, 0.5]
+    assert average["steps"].item() == 9
+    assert average["steps"].dtype == torch.int64
+    assert mean(before, after, 0.0)["weight"].tolist() == [1.0, 2.0]
+    assert mean(before, after, 1.0)["weight"].tolist() == [2.0, 0.0]
+
+
+def test_the_card_says_what_was_averaged_and_has_no_hash_of_another():
+    averaged = card({"hash": "aa", "schema": 1, "init": "bb", "notes": ["not on dogs"], "steps": 5}, 0.7)
+    assert averaged["notes"][0].startswith("a mean of weights: 0.7 of this training's (aa), 0.3 of those")
+    assert "(bb)" in averaged["notes"][0]
+    assert averaged["notes"][1:] == ["not on dogs"]
+    assert not {"hash", "schema"} & averaged.keys()
+    assert averaged["steps"] == 5
+
+
+@pytest.mark.parametrize("method", ["ik", "nkn_cross[weights=others]"])
+def test_methods_without_weights_are_refused(method, tmp_path):
+    with pytest.raises(BenchError, match=re.escape(f"{method} has no shipped weights")):
+        command.main([method, str(tmp_path)], standalone_mode=False)
+
+
+def test_a_run_that_began_elsewhere_is_refused(tmp_path):
+    from retarget_bench.plugins.spec import Spec
+    from retarget_bench.training import weights
+
+    shipped = weights.read(bound.method(Spec("pan")).built.shipped()["puppets"])
+    weights.write(tmp_path, "weights", shipped.tensors, {**shipped.card, "init": "0" * 16})
+    with pytest.raises(BenchError, match="did not begin from the shipped weights of pan, but from 0000"):
+        command.main(["pan", str(tmp_path)], standalone_mode=False)

@@ -1,7 +1,8 @@
-"""Table 5's rows: what each leaves out, and that its columns are two means."""
+"""Ablations of papers: their printed numbers, and what each row leaves out."""
 
 from __future__ import annotations
 
+import humot_material
 import pan_material
 import pytest
 import training_material
@@ -48,3 +49,35 @@ def test_rows_differ_in_what_they_say():
     ]
     facts = [tuple(Pan(**changed).facts().items()) for changed in ABLATION.rows.values()]
     assert len(set(facts)) == len(facts), "no row can pass for another one"
+
+
+# ---------------------------------------------------------------------------------------------------- HuMoT
+HUMOT = ablations.find(Spec.parse("humot"), "losses")
+
+
+def test_the_printed_numbers_are_the_overall_means_of_tables_3_to_5():
+    table = ablations.published(HUMOT)
+    assert [(column.label, column.cases) for column in table.columns] == [
+        ("all self", "self"),
+        ("all intra", "intra"),
+        ("all cross", "cross"),
+    ]
+    printed = {row: [number.text for number in numbers.values()] for row, numbers in table.rows.items()}
+    assert printed == {
+        "HuMoT, no SJS": ["0.0093", "0.0638", "0.0552"],
+        "HuMoT, no BLC": ["0.0113", "0.0589", "0.0466"],
+        "HuMoT, bodies in their own sizes": [],
+        "HuMoT, bodies and limbs as they are": [],
+        "HuMoT": ["0.0087", "0.0580", "0.0440"],
+    }
+
+
+@pytest.mark.parametrize("row", HUMOT.rows)
+def test_rows_of_humot_train(row):
+    module = humot_material.training_module(**({"varied": False} | HUMOT.rows[row]))
+    batch = training_material.batch(module)
+    assert ("bones" in module.losses("autoencoder", batch, {})) == (row != "HuMoT, no BLC")
+    same = batch["source"]["joints"].shape == batch["target"]["joints"].shape and bool(
+        (batch["source"]["template"] == batch["target"]["template"]).all()
+    )
+    assert same == (row == "HuMoT, no SJS")

@@ -1,7 +1,11 @@
-"""SMRM while it is trained: sizes, losses against plain NumPy, masks, gradients, and that it learns."""
+"""SMRM: what it sees, its answers and its losses against plain geometry and NumPy."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import product
+
+import method_bodies
 import numpy as np
 import pytest
 import smrm_material
@@ -9,13 +13,114 @@ import torch
 import training_material
 from hypothesis import given
 from hypothesis import strategies as st
+from method_bodies import apart, carried, dance
 
-from retarget_bench.errors import BenchError
 from retarget_bench.methods.smrm import SMRM, losses
+from retarget_bench.methods.smrm.features import Features
+from retarget_bench.methods.smrm.inference import retargeted
 from retarget_bench.methods.smrm.network import Generator
+from retarget_bench.motion import facing
+from retarget_bench.motion.body22 import JOINTS
+from retarget_bench.motion.structures import reduce
 from retarget_bench.training.layers.masks import frame_mask
 
+FORMS = [
+    Features(*each)
+    for each in product(("body", "none"), ("height", "displacement", "position"), ("removed", "kept"))
+]
 
+
+def danced(name: str = "one", frames: int = 25):
+    return method_bodies.dance(smrm_material.BODIES[name], frames)
+
+
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_what_is_seen_gives_the_motion_back(features):
+    motion = danced()
+    encoded, body = features.see(motion), features.body(motion.character)
+    moves = features.moves(encoded["hips"], encoded["before"], encoded["turn"])
+    for kind in ("integrated", "relative"):
+        again = features.motion(body, encoded["rotations"], moves, encoded, motion.root, kind)
+        np.testing.assert_allclose(again.positions, motion.positions, atol=1e-6)
+
+
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_positions_are_those_of_the_22_joints_from_where_it_faces(features):
+    motion = danced()
+    encoded, joints = features.see(motion), list(reduce(motion.character, "body22").joints)
+    unit = motion.character.measures.hip_height if features.normalisation == "body" else 1.0
+    turn = facing.facing(motion.positions, motion.character) if features.yaw == "removed" else np.ones(25)
+    expected = facing.seen(motion.positions[:, joints] - motion.positions[:, :1], turn[:, None]) / unit
+    assert expected.shape == (25, JOINTS, 3)
+    np.testing.assert_allclose(encoded["positions"], expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("root", ["height", "displacement", "position"])
+def test_velocity_is_the_change_of_place(root):
+    """Seen from one direction all along, the three ways to say where the hips are move alike."""
+    features, random = Features("none", root, "kept"), np.random.default_rng(0)
+    hips = random.normal(size=(20, 3))
+    turn = np.tile([1.0, 0.0], (20, 1))
+    before = np.concatenate([hips[:1], hips[:-1]])
+    moves = torch.from_numpy(features.moves(hips, before, turn))
+    np.testing.assert_allclose(features.velocity(moves).numpy(), np.diff(hips, axis=0), atol=1e-12)
+    path = features.path(moves, torch.from_numpy(turn)).numpy()
+    np.testing.assert_allclose(np.diff(path, axis=0), np.diff(hips, axis=0), atol=1e-12)
+
+
+# -------------------------------------------------------------------------------------------------- answers
+BODIES = smrm_material.BODIES
+
+
+@pytest.fixture(scope="module")
+def training_module():
+    module = smrm_material.training_module()
+    with torch.no_grad():  # answers that differ from frame to frame, as trained ones do
+        module.generator.turns.weight.mul_(10.0)
+    return module
+
+
+@pytest.fixture(scope="module")
+def method(training_module):
+    return training_module.method()
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 64, 1000])
+@pytest.mark.parametrize("path", ["integrated", "relative"])
+@pytest.mark.parametrize("root", ["height", "displacement", "position"])
+def test_chunks_of_any_size_give_what_the_whole_gives(chunk, root, path):
+    module = smrm_material.training_module(root=root)
+    source = dance(smrm_material.BODIES["one"], 90)
+    at_once, parts = (
+        retargeted(module.generator.eval(), module.features, [source], [BODIES["legs"]], size, path)[0]
+        for size in (90, chunk)
+    )
+    assert apart(at_once, parts) < 1e-6
+
+
+@pytest.mark.parametrize("fps", [25.0, 29.0, 50.0, 59.94, 90.0, 240.0, 1000.0])
+def test_no_clip_stands_still_at_its_end(method, fps):
+    source = dance(smrm_material.BODIES["one"], 170)
+    positions = carried(method, replace(source, fps=fps), BODIES["tall"]).positions
+    assert (np.abs(np.diff(positions[-40:], axis=0)).max(axis=(1, 2)) > 0).all()
+
+
+@pytest.mark.parametrize("fps", [29.97, 30000 / 1001, 30.03])
+def test_rounded_rates_are_thirty(method, fps):
+    source = dance(smrm_material.BODIES["one"], 170)
+    actual, plain = (carried(method, replace(source, fps=rate), BODIES["tall"]) for rate in (fps, 30.0))
+    assert actual.fps == fps
+    np.testing.assert_array_equal(actual.positions, plain.positions)
+
+
+def test_training_goes_on_as_it_was(training_module):
+    training_module.generator.train()
+    carried(training_module.method(), dance(smrm_material.BODIES["one"], 10), BODIES["tall"])
+    assert training_module.generator.training
+    assert training_module.generator.encoder.training
+
+
+# ------------------------------------------------------------------------------------------------- training
 def run(module, rows=6, seed=0):
     """The terms of both phases in training mode, without updating anything."""
     torch.manual_seed(seed)
@@ -38,11 +143,6 @@ def test_has_the_parameters_of_the_record():
     assert counts["encoder"] == 2_471_424
     assert counts["decoder"] == 3_253_248
     assert counts["turns"] + counts["moves"] == 46_683
-
-
-def test_the_answer_begins_near_the_t_pose():
-    bias = Generator(16).turns.bias.detach().view(22, 4)
-    assert torch.equal(bias, torch.tensor([1.0, 0.0, 0.0, 0.0]).expand(22, 4))
 
 
 # --------------------------------------------------------------------------------------------- losses
@@ -73,11 +173,13 @@ def test_terms_of_a_step_are_those_of_its_answers():
     """Carried there and back by hand, frame by frame in NumPy."""
     module = still(smrm_material.training_module(same=0.5, adversarial=0.0, rotation_cycle=1.0))
     batch = training_material.batch(module)
+    assert [phase.name for phase in module.phases] == ["generator"]
     losses = {name: term.item() for name, term in module.losses("generator", batch, {}).items()}
     source, features = batch["source"], module.features
     with torch.no_grad():
         there = _carried(module, source["positions"], source["moves"], batch["target"])
         back = _carried(module, there.positions, there.moves, batch["body"])
+    assert "adversarial" not in losses
     assert losses["joints"] == pytest.approx(_square(back.positions, source["positions"]), rel=1e-5)
     path = [features.path(moves, source["turn"]) for moves in (back.moves, source["moves"])]
     assert losses["hips"] == pytest.approx(_square(*path), rel=1e-5)
@@ -126,21 +228,6 @@ def _square(a, b):
     return float(np.mean((a.numpy() - b.numpy()) ** 2))
 
 
-def test_weights_of_terms_and_terms_left_out():
-    one, more = (
-        smrm_material.training_module(rotation_cycle=weight, smooth=weight) for weight in (1.0, 3.0)
-    )
-    more.generator.load_state_dict(one.generator.state_dict())
-    more.discriminator.load_state_dict(one.discriminator.state_dict())
-    one, more = run(one)["generator"], run(more)["generator"]
-    for name in ("rotations", "smooth"):
-        assert more[name].item() == pytest.approx(3 * one[name].item(), rel=1e-5)
-    plain = smrm_material.training_module(adversarial=0.0)
-    assert [phase.name for phase in plain.phases] == ["generator"]
-    assert "adversarial" not in run(plain)["generator"]
-    assert "real" not in training_material.batch(plain)
-
-
 def test_rotations_may_be_compared_with_those_of_the_own_body():
     module = still(smrm_material.training_module(reference_rotation="self", same=1.0, rotation_cycle=1.0))
     batch = training_material.batch(module)
@@ -169,15 +256,6 @@ def test_padding_is_no_part_of_any_loss():
     changed = module.losses("generator", batch, memory) | module.losses("discriminator", batch, memory)
     for name, term in plain.items():
         assert changed[name].item() == pytest.approx(term.item(), rel=1e-5), name
-
-
-@pytest.mark.parametrize("same", [0.0, 1.0])
-def test_who_is_carried_to_whom(same):
-    module = smrm_material.training_module(same=same)
-    batch = training_material.batch(module, rows=40)
-    equal = (batch["body"]["offsets"] == batch["target"]["offsets"]).flatten(1).all(1)
-    assert torch.equal(equal, batch["same"])
-    assert bool(equal.all()) == bool(same)
 
 
 def test_there_is_always_a_row_to_judge():
@@ -250,6 +328,15 @@ def test_noise_is_shown_and_not_asked_for(root):
     assert (path - clean)[..., 0].std() < 0.2  # shifts do not add up
 
 
-def test_noise_is_a_share():
-    with pytest.raises(BenchError, match="noise"):
-        SMRM(noise=-0.1)
+def test_the_answer_begins_near_the_t_pose():
+    bias = Generator(16).turns.bias.detach().view(22, 4)
+    assert torch.equal(bias, torch.tensor([1.0, 0.0, 0.0, 0.0]).expand(22, 4))
+
+
+@pytest.mark.parametrize("same", [0.0, 1.0])
+def test_who_is_carried_to_whom(same):
+    module = smrm_material.training_module(same=same)
+    batch = training_material.batch(module, rows=40)
+    equal = (batch["body"]["offsets"] == batch["target"]["offsets"]).flatten(1).all(1)
+    assert torch.equal(equal, batch["same"])
+    assert bool(equal.all()) == bool(same)

@@ -1,30 +1,125 @@
-"""NPT: its network against a plain form, its losses, its training and its answers."""
+"""Methods for points: nearest frame, the copy of the motion under them, and NPT."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import method_bodies
 import numpy as np
 import pytest
 import torch
 from method_bodies import body, dance
 from npt_material import BODIES
 from npt_material import training_module as module
-from skinned_toys import scan
+from skinned_toys import scan, skinned_body
 from torch import Tensor, nn
 from torch.nn import functional
 from training_material import batch
 
 from retarget_bench.api import Context
-from retarget_bench.errors import NotSupported
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.methods.nearest_frame import _RADII, _TURNS, NearestFrame, _Album, _described, _middle
 from retarget_bench.methods.npt import NPT
 from retarget_bench.methods.npt.network import PoseTransfer
 from retarget_bench.methods.npt.surfaces import Identity, Skin, drawn
 from retarget_bench.methods.npt.training import stretch
-from retarget_bench.motion.motion import PointSets
+from retarget_bench.methods.skinned_copy import SkinnedCopy
+from retarget_bench.motion import facing, scan_path, transfer
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion, PointSets
 from retarget_bench.training.layers.skinned_body import moves
 
+ONE, TALL = skinned_body("one"), skinned_body("tall", scale=1.5)
 
+
+def turned(points: np.ndarray, angle: float) -> np.ndarray:
+    return facing.placed(points, np.exp(1j * angle))
+
+
+class Clips(list[Motion]):
+    """Training clips of one body."""
+
+    @property
+    def names(self) -> list[str]:
+        return [str(number) for number in range(len(self))]
+
+
+def cast(body: Character, *seeds: int) -> dict[str, dict[str, Clips]]:
+    clips = Clips([method_bodies.dance(body, 20, seed) for seed in seeds])
+    return {body.structure: {body.name: clips}}
+
+
+# -------------------------------------------------------------------------------------- nearest frame
+
+
+def test_descriptions_are_distances_to_the_nearest_point() -> None:
+    points = np.random.default_rng(1).normal(size=(50, 3))
+    description = _described(points, 2.0)
+    assert description.shape == (7 * len(_RADII), _TURNS)
+    place = np.array([0.0, -1.0, 2.0 * _RADII[0]])  # the lowest inner ring, ahead
+    assert description[0, 0] == pytest.approx(np.linalg.norm(points - place, axis=-1).min())
+
+
+def test_descriptions_are_compared_as_if_every_turn_were_described() -> None:
+    album = _Album.of(cast(ONE, 1), ONE, 20)
+    noisy = album.vertices[4] + np.random.default_rng(2).normal(size=album.vertices[4].shape) * 0.02
+    even = np.full(len(noisy), 1.0 / len(noisy))
+    each = [
+        ((_described(noisy - _middle(noisy, even), album.stature) - np.roll(one, k, axis=1)) ** 2).sum()
+        for one in album.described
+        for k in range(_TURNS)
+    ]
+    pose, step = divmod(int(np.argmin(each)), _TURNS)
+    best = turned(album.vertices[pose], 2.0 * np.pi * step / _TURNS)
+    np.testing.assert_allclose(album.nearest(noisy, 1), best, atol=1e-6)
+
+
+def test_training_motion_of_that_body_is_found_again_from_its_points() -> None:
+    material = cast(ONE, 1, 2)
+    motion = method_bodies.dance(ONE, 20, 2)
+    answer = NearestFrame(poses=40).retarget(
+        scan(motion, 600),
+        ONE,
+        context=Context(training=material),  # type: ignore[arg-type]
+    )
+    assert ONE.mesh is not None
+    expected = ONE.mesh.skinned(motion)
+    apart = [each - scan_path.centre(each)[:, None] for each in (answer.vertices, expected)]
+    near = np.linalg.norm(apart[0] - apart[1], axis=-1).mean()
+    other = np.linalg.norm(apart[0] - apart[1][::-1], axis=-1).mean()
+    assert near < 0.05 * ONE.height
+    assert near < 0.5 * other
+
+
+def test_without_training_motion_or_a_mesh_it_refuses() -> None:
+    source = scan(method_bodies.dance(ONE, 3))
+    with pytest.raises(NotSupported, match="no motion to train on"):
+        NearestFrame().retarget(source, TALL, context=Context())
+    assert "no mesh" in (NearestFrame().supports(source.character, method_bodies.body()) or "")
+    for wrong in ({"poses": 0}, {"best": 0}):
+        with pytest.raises(BenchError, match="one or more"):
+            NearestFrame(**wrong)
+
+
+# --------------------------------------------------------------------------------------- skinned copy
+def test_the_copy_is_that_of_the_motion_under_the_points() -> None:
+    motion = method_bodies.dance(ONE, 9)
+    answer = SkinnedCopy().retarget(scan(motion), TALL, context=Context(source_motion=motion))
+    expected = transfer.carry(motion, TALL, "hip_height")
+    np.testing.assert_array_equal(answer.rotations, expected.rotations)
+    np.testing.assert_array_equal(answer.root, expected.root)
+
+
+def test_the_copy_needs_that_motion_and_a_mesh() -> None:
+    assert SkinnedCopy().card.needs == ("source_motion",)
+    with pytest.raises(NotSupported, match="needs the motion"):
+        SkinnedCopy().retarget(scan(method_bodies.dance(ONE, 2)), TALL, context=Context())
+    assert "no mesh" in (SkinnedCopy().supports(ONE, method_bodies.body()) or "")
+    with pytest.raises(NotSupported, match="no root rule"):
+        SkinnedCopy(root_rule="reference")  # type: ignore[arg-type]
+
+
+# ------------------------------------------------------------------------------------------------------ NPT
 def trained(method: NPT, network: PoseTransfer) -> NPT:
     return method.using({name: each.detach() for name, each in network.state_dict().items()})
 
@@ -99,13 +194,6 @@ def test_a_skin_under_transforms_is_the_skinned_mesh(name: str) -> None:
     np.testing.assert_allclose(vertices + motion.root[:, None], mesh.skinned(motion), atol=1e-5)
 
 
-def test_every_edge_is_there_once() -> None:
-    skin = Skin(BODIES["one"])
-    assert len(skin.edges) == 12 * len(BODIES["one"].skeleton)  # an octahedron has twelve
-    assert (skin.edges[:, 0] < skin.edges[:, 1]).all()
-    assert len(np.unique(skin.edges, axis=0)) == len(skin.edges)
-
-
 def test_targets_are_brought_to_one_stature() -> None:
     for character in BODIES.values():
         identity = Identity.of(character)
@@ -163,22 +251,6 @@ def test_stretch_is_the_mean_over_edges_written_out() -> None:
 
 
 # -------------------------------------------------------------------------------------------- answers
-@pytest.mark.parametrize("pooling", ["none", "max"])
-def test_any_number_of_points_on_any_mesh(pooling: Any) -> None:
-    torch.manual_seed(0)
-    method = trained(NPT(pooling=pooling, width=16), PoseTransfer(16, pooling))
-    source = dance(BODIES["one"], 11)
-    full = scan(source)
-    uneven = PointSets(full.character, tuple(f[: 30 + 20 * k] for k, f in enumerate(full.points)), 30.0)
-    for target in BODIES.values():
-        assert method.supports(uneven.character, target) is None
-        for sequence in (full, uneven, source):
-            answer = method.retarget(sequence, target, context=Context(seed=1))
-            assert target.mesh is not None
-            assert answer.vertices.shape == (11, *target.mesh.vertices.shape)
-            assert np.isfinite(answer.vertices).all()
-            again = method.retarget(sequence, target, context=Context(seed=1))
-            np.testing.assert_array_equal(answer.vertices, again.vertices)
 
 
 def test_soles_are_on_the_sources_floor_and_the_path_is_scaled() -> None:
@@ -204,3 +276,10 @@ def test_what_it_cannot_do_is_said() -> None:
     assert "has none" in (method.supports(BODIES["one"], bare) or "")
     with pytest.raises(NotSupported, match="no mesh"):
         method.retarget(dance(bare, 3), BODIES["one"], context=Context())
+
+
+def test_every_edge_is_there_once() -> None:
+    skin = Skin(BODIES["one"])
+    assert len(skin.edges) == 12 * len(BODIES["one"].skeleton)  # an octahedron has twelve
+    assert (skin.edges[:, 0] < skin.edges[:, 1]).all()
+    assert len(np.unique(skin.edges, axis=0)) == len(skin.edges)
