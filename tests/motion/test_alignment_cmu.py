@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import asf_amc
 import numpy as np
 import pytest
 
-from retarget_bench.motion import bvh, rotation
+from retarget_bench.motion import bvh, importer, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.transfer import from_relative, orientations, relative
 
@@ -22,12 +21,12 @@ LIMITS = {
 @pytest.mark.parametrize("take", ["01", "02", "03"])
 def test_orientations_agree_between_the_rigs(real_data, take):
     folder = real_data / "cmu_asfamc"
-    skeleton, turned, root = asf_amc.read(folder / "02.asf", folder / f"02_{take}.amc", 2)
-    cmu = Character.of("cmu", skeleton)
+    every_second = importer.load(folder / f"02_{take}.amc").motion.at(slice(None, None, 2))
+    cmu = every_second.character
     copy = bvh.read(real_data / f"cmu_iclone/002_{take}.bvh", scale=0.01)
     iclone = Character.of("iclone", copy.skeleton, sample=copy.rotations)
-    count = min(len(turned), len(copy.rotations))
-    moving = cmu.motion(turned[:count], root[:count], 60.0)
+    count = min(every_second.frames, len(copy.rotations))
+    moving = every_second.at(slice(0, count))
     own = relative(moving)
     reference = relative(iclone.motion(copy.rotations[:count], copy.root[:count], 60.0))
     for role, limit in LIMITS.items():

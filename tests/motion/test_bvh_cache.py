@@ -172,8 +172,3 @@ def test_nothing_is_kept_of_a_bad_file(tmp_path: Path, cache: Path) -> None:
         with pytest.raises(FileError, match="cut off"):
             bvh.parse(path)
     assert not cache.exists()
-
-
-def test_without_cache_nothing_is_written(tmp_path: Path, cache: Path) -> None:
-    bvh.parse(clip(tmp_path), cache=False)
-    assert not cache.exists()

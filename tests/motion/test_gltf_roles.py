@@ -108,15 +108,3 @@ def test_damaged_maps_are_named(tmp_path: Path, extensions: Any) -> None:
 def test_bones_that_have_no_role_are_passed_over(tmp_path: Path, bone: Any) -> None:
     path = written(tmp_path / "a.glb", lambda nodes: vrm_0({**nodes, bone: 0}), list(NAMES))
     assert [role for _, role in load(path).findings.joints if role not in NO_ROLE] == list(ROLES)
-
-
-def test_twice_named_bones_are_the_first(tmp_path: Path) -> None:
-    extra = {"bone": "head", "node": 1}
-
-    def twice(nodes: dict[str, int]) -> dict[str, Any]:
-        content = vrm_0(nodes)
-        content["VRM"]["humanoid"]["humanBones"].append(extra)
-        return content
-
-    path = written(tmp_path / "a.glb", twice, [f"node {n}" for n in range(len(NAMES))])
-    assert [role for _, role in load(path).findings.joints] == list(ROLES)

@@ -214,19 +214,6 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path, random):
     assert sorted(each.name for each in tmp_path.iterdir()) == ["sheared.glb", "target.glb"]
 
 
-def test_files_of_others_take_a_motion(tmp_path, real_data, random):
-    for name in ("Xbot", "Soldier", "Fox", "CesiumMan", "BrainStem", "RobotExpressive"):
-        like = importer.load(real_data / "gltf" / f"{name}.glb")
-        clip = performance(like.motion.character, random, 10)
-        writing.write(tmp_path / "out.glb", clip, like)
-        unit = str(like.findings.unit[1])
-        same(importer.load(tmp_path / "out.glb", Reading(unit=unit)).motion, clip)
-        before, data = unpacked(real_data / "gltf" / f"{name}.glb")
-        after, more = unpacked(tmp_path / "out.glb")
-        assert more[: len(data)] == data
-        assert after["animations"][1:] == before["animations"]
-
-
 # ---------------------------------------------------------------------------------------- the validator
 CHECK = """
 const validator = require('gltf-validator'), fs = require('fs');

@@ -73,12 +73,6 @@ def test_long_clips_are_frame_by_frame_the_same() -> None:
     np.testing.assert_array_equal(folded[0].reshape(places.shape), places)
 
 
-def test_the_rest_pose_is_the_skeletons_and_the_roots_offset_plays_no_part() -> None:
-    body = skeleton(12)
-    places, _ = kinematics.forward(body, rotation.identity(1, 12), np.zeros((1, 3)))
-    np.testing.assert_allclose(places[0], body.rest_positions - body.offsets[0], atol=1e-15)
-
-
 def test_a_broken_joint_harms_only_what_hangs_on_it() -> None:
     body = Skeleton(("hips", "left", "right", "tip"), np.array([-1, 0, 0, 1]), np.eye(4, 3))
     q, root = rotation.identity(1, 4), np.zeros((1, 3))

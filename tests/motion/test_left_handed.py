@@ -110,12 +110,3 @@ def test_a_mesh_is_mirrored_with_its_body(real_data):
     first = (right.motion.at(slice(0, 1)), mirrored.motion.at(slice(0, 1)))
     posed = [mesh.skinned(each) for mesh, each in zip((ones, others), first, strict=True)]
     np.testing.assert_allclose(posed[1], posed[0] * [-1.0, 1.0, 1.0], atol=1e-6)
-
-
-def test_case(real_data):
-    folder = real_data / "cases/07_mirrored_left_handed"
-    base, left = load(folder / "00_base.bvh"), folder / "18_mirror.bvh"
-    assert any("left-handed" in each for each in load(left).findings.warnings)
-    mirrored = load(left, Reading(mirror=True))
-    np.testing.assert_allclose(mirrored.motion.positions, base.motion.positions, atol=1e-6)
-    assert mirrored.findings.facing == pytest.approx(base.findings.facing)

@@ -86,62 +86,6 @@ def test_a_skeleton_that_is_no_body_is_measured_along_its_chains():
 
 
 # ------------------------------------------------------------------------- against the hierarchy's text
-def offsets_in_text(path) -> tuple[dict[str, str], dict[str, list[float]]]:
-    """Parents and OFFSETs by joint name, read from the text with no help of the engine."""
-    parents: dict[str, str] = {}
-    offsets: dict[str, list[float]] = {}
-    open_names: list[str] = []
-    name = ""
-    for line in path.read_text().split("MOTION")[0].splitlines():
-        words = line.split()
-        if words[:1] in (["ROOT"], ["JOINT"]):
-            name = words[1].rpartition(":")[2]
-            parents[name] = open_names[-1] if open_names else ""
-        elif words[:1] == ["End"]:
-            name = "tip"
-        elif words == ["{"]:
-            open_names.append(name)
-        elif words == ["}"]:
-            open_names.pop()
-        elif words[:1] == ["OFFSET"] and open_names[-1] != "tip":
-            offsets[name] = [float(word) for word in words[1:]]
-    return parents, offsets
-
-
-def up_the_tree(parents, offsets, start: str, stop: str) -> float:
-    total, name = 0.0, start
-    while name != stop:
-        total += math.sqrt(sum(number**2 for number in offsets[name]))
-        name = parents[name]
-    return total
-
-
-MIXAMO = {
-    "mixamo_san/std_bvhs/Aj.bvh": ("LeftToeBase", "Head"),
-    "mixamo_san/std_bvhs/BigVegas.bvh": ("LeftToeBase", "Head"),
-    "mixamo_san/std_bvhs/Kaya.bvh": ("LeftToeBase", "Head"),
-    "mixamo_san/std_bvhs/Goblin_m.bvh": ("LeftToe_End", "HeadTop_End"),
-    "mixamo_san/std_bvhs/Mousey_m.bvh": ("LeftToe_End", "HeadTop_End"),
-    "mixamo_r2et/Ortiz/Angry.bvh": ("LeftToe_End", "HeadTop_End"),
-}
-"""File -> the ends of H1's chains on that structure (the papers' end effectors)."""
-
-
-@pytest.mark.parametrize("file", MIXAMO)
-def test_mixamo_heights_are_sums_over_the_text(real_data, file):
-    parents, offsets = offsets_in_text(real_data / file)
-    toe, head = MIXAMO[file]
-    skeleton = bvh.read(real_data / file, scale=0.01).skeleton
-    measures = Character.of("x", skeleton).measures
-    h1 = up_the_tree(parents, offsets, toe, "Hips") + up_the_tree(parents, offsets, head, "Hips")
-    h2 = up_the_tree(parents, offsets, "Head", "Hips")
-    h2 += up_the_tree(parents, offsets, "LeftToeBase", "LeftUpLeg")
-    assert measures.h1 == pytest.approx(h1 / 100, rel=1e-9)
-    assert measures.height == pytest.approx(h1 / 100, rel=1e-9)
-    assert measures.h2 == pytest.approx(h2 / 100, rel=1e-9)
-    assert measures.root_offset == pytest.approx(offsets["Hips"][1] / 100, rel=1e-9)
-
-
 def test_heights_of_other_rigs(real_data):
     """Typed from the bone lengths: LAFAN's 22 joints, and the dog's left hind leg and spine, neck, head."""
     lafan = bvh.read(real_data / "lafan1/Lafan1_example.bvh", scale=0.01).skeleton

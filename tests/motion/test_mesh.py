@@ -57,20 +57,6 @@ def test_it_is_linear_blend_skinning_over_more_frames_than_a_block():
             np.testing.assert_allclose(mesh.skinned(motion)[frame, vertex], expected, atol=1e-12)
 
 
-def test_a_motion_of_the_whole_body_moves_the_mesh_rigidly():
-    mesh = skin()
-    turns = rotation.identity(5, 3)
-    turns[:, 0] = moved(5).rotations[:, 0]
-    skinned = mesh.skinned(body().motion(turns, moved(5).root, 30.0))
-    for frame in skinned:
-        apart = frame[:, None] - frame
-        np.testing.assert_allclose(
-            np.linalg.norm(apart, axis=-1),
-            np.linalg.norm(mesh.vertices[:, None] - mesh.vertices, axis=-1),
-            atol=1e-12,
-        )
-
-
 def test_what_does_not_fit_is_refused():
     mesh = skin()
     with pytest.raises(SkeletonError, match="other indices"):

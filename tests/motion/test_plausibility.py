@@ -70,9 +70,3 @@ def test_real_motion_is_not_doubted(real_data):
     ):
         if (real_data / name).exists():
             assert list(doubts(load(real_data / name).motion)) == [], name
-
-
-def test_case_of_a_root_in_metres(real_data):
-    path = real_data / "cases/09_root_in_metres_bones_in_cm/19_root_m.bvh"
-    (doubt,) = load(path).findings.doubts
-    assert "100 times too short" in doubt
