@@ -16,13 +16,11 @@ from retarget_bench.api import SPLITS, Context
 from retarget_bench.datasets.cmu import PLACE, Cmu
 from retarget_bench.datasets.cmu.onto import BODIES, METHOD, fault
 from retarget_bench.datasets.cmu.takes import TESTED, TESTED_TAKES, VALIDATION, part_of, performer
-from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.corpus.families import VALIDATION_BODIES, families, only_tested
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.motion import rotation
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training.joint_datasets import JointDataset
 from retarget_bench.verification import contract
 from tests.datasets.conftest import plain_rig, skeleton, write_clip
 
@@ -136,15 +134,6 @@ def test_places_that_hold_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     (tmp_path / "a.txt").touch()
     with pytest.raises(BenchError, match=r"holds no takes .* a\.txt"):
         Cmu(str(tmp_path)).training()
-
-
-def test_it_trains_beside_the_puppets(folder: Callable[..., Path]) -> None:
-    both = JointDataset([Puppets(), Cmu(str(folder()))])
-    assert {name for cast in both.training().values() for name in cast} >= {"ada", "cmu05"}
-    validation = both.validation()
-    assert validation is not None
-    names = {info.source for info in validation.cases("retarget", "self")}
-    assert names >= {"dora", "cmu17"}
 
 
 def test_it_keeps_the_contract(folder: Callable[..., Path]) -> None:

@@ -147,15 +147,6 @@ def test_a_part_is_of_split_alone(two):
         Folder(str(two), part="validation")
 
 
-def test_files_and_bodies_that_are_no_use_are_noted(two):
-    (two / "bad.bvh").write_text("HIERARCHY\n")
-    data = Folder(str(two), protocol="train")
-    (note,) = data.training_notes
-    assert note.startswith("1 of 66 files cannot be read: bad.bvh (")
-    assert note in data.notes
-    assert set(trained(data)) == {"Aj", "BigVegas", "Mousey_m"}
-
-
 # ------------------------------------------------------------------------------- files that lost something
 def motion(root=(0.0, 0.0, 0.0), turn=0.5, frames=12):
     """A body whose root goes so many metres along each axis and back, and whose limbs turn."""

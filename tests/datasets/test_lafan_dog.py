@@ -252,14 +252,6 @@ def test_takes_of_less_than_a_second_are_left_out_and_told(
         listed(LafanDog(str(root)))
 
 
-def test_a_part_without_a_take_of_a_species_says_so(archives: Callable[..., Path]) -> None:
-    tested = [name for name in PEOPLE if part_of("person", name) == "test"]
-    trained = tuple(name for name in PEOPLE if name not in tested)
-    assert trained
-    assert tested
-    assert LafanDog(str(archives(people=trained))).notes[0].startswith("person: none; dog: D1_")
-
-
 def test_a_folder_of_the_other_species_is_told(archives: Callable[..., Path]) -> None:
     root = archives()
     for number, path in enumerate(sorted((root / "dog").glob("*.bvh"))):
@@ -270,13 +262,6 @@ def test_a_folder_of_the_other_species_is_told(archives: Callable[..., Path]) ->
         BenchError, match=r"no take of a person can be used: .*four legs, which is no person"
     ):
         listed(LafanDog(str(root)))
-
-
-def test_a_case_of_another_part_is_refused(archives: Callable[..., Path]) -> None:
-    data = LafanDog(str(archives()))
-    (info, *_) = data.validation().cases("retarget", "cross")
-    with pytest.raises(BenchError, match="has no case"):
-        data.load(info)
 
 
 # ---------------------------------------------------------------------------------------------- real takes

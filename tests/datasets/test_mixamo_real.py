@@ -85,37 +85,6 @@ def test_all_of_the_folder_is_listed(root):
     }
 
 
-def test_it_is_not_the_whole_of_the_papers_test_set(root):
-    dataset = Mixamo(root, protocol="san")
-    assert dataset.label == "mixamo san-partial (53 of 106 clips, 6 of 20 pairs)"
-    assert {split: len(dataset.cases("retarget", split)) for split in SPLITS} == {
-        "self": 2 * 53,
-        "intra": 2 * 53,
-        "cross": 2 * 53,
-    }
-    case = dataset.load(dataset.cases("retarget", "cross")[0])
-    assert case.source.frames % 4 == 0
-    assert (case.source.fps, case.info.source) == (30.0, "BigVegas")
-
-
-@pytest.mark.parametrize("number", range(5))
-def test_three_folds_train_one_steers_and_one_tests(root, number):
-    dataset = Mixamo(root, protocol="folds", fold=number)
-    held = {"Goblin_m": 0, "BigVegas": 1, "Kaya": 2, "Aj": 3, "Mousey_m": 4}
-    cast = {name: clips for bodies in dataset.training().values() for name, clips in bodies.items()}
-    assert set(cast) == {name for name, fold in held.items() if fold != number}
-    shown = [
-        {info.clip for split in SPLITS for info in part.cases("retarget", split)}
-        for part in (dataset, dataset.validation())
-    ]
-    for clips in cast.values():
-        sets = [*shown, set(clips.names)]
-        assert sum(map(len, sets)) == len(set.union(*sets)) == 53
-        body = clips[0].character
-        assert all(motion.character is body for motion in clips[:5])
-    assert set(dataset.training_manifest()["clips"]) == set(clips.names) | shown[1]
-
-
 def test_characters_with_several_rigs_load_with_each_clips_own(real_data):
     folder = real_data / "mixamo_r2et"
     if not folder.is_dir():

@@ -20,10 +20,7 @@ from retarget_bench.datasets.puppets.bodies.proportions import (
     human,
 )
 from retarget_bench.datasets.puppets.bodies.structures import BODY22, H36M17, STRUCTURES, Body, Structure
-from retarget_bench.datasets.puppets.performances.people import KINDS
-from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
-from retarget_bench.datasets.puppets.solver.solve import solve
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.reference_pose import reference_pose
@@ -177,35 +174,6 @@ def test_measures_are_those_of_the_proportions(body: Body) -> None:
     assert 0.9 * crown(p) < sizes.h4 < 1.02 * crown(p)
 
 
-@pytest.mark.parametrize("name", [body.name for body in BODIES.values() if body.rest == "along_x"])
-def test_the_engine_finds_limbs_along_one_axis_from_a_sample(name: str) -> None:
-    """Of bones along X the rest pose tells nothing; a few seconds of motion do. The slope of the spine is
-    each rig's own affair."""
-    body = BODIES[name]
-    who = rigs.character(body)
-    solutions = [
-        solve(KINDS[kind](Stream("sample", kind), 150), body) for kind in ("walk", "wave", "squat")
-    ]
-    sample = np.concatenate([rigs.rotations(each.orientations, body, who) for each in solutions])
-    character = Character.of(name, who.skeleton, roles=who.roles, sample=sample)
-    apart = np.degrees(rotation.angle(character.reference_globals, who.reference_globals))
-    limbs = [
-        j for role, j in who.joint_of.items() if not role.startswith(("spine", "neck", "head", "hips"))
-    ]
-    assert apart[limbs].max() < 3.0
-    assert apart.max() < 20.0
-    assert abs(character.measures.hip_height - who.measures.hip_height) < 0.005
-
-
-def test_joints_that_never_turn_have_no_rotation() -> None:
-    for name in ("clara", "leo", "quinn", "rosa"):
-        body = BODIES[name]
-        who = rigs.character(body)
-        local = rigs.rotations(solve(KINDS["squat"](Stream("still"), 60), body).orientations, body, who)
-        silent = [body.part[part] for part in body.structure.silent]
-        np.testing.assert_allclose(np.abs(local[:, silent, 0]), 1.0, atol=1e-9)
-
-
 def test_structures_are_those_of_the_papers() -> None:
     """Names and parents that the engine's own reductions ask for; nothing is left out by them."""
     for name, structure, expected in (("quinn", "S23", S23), ("clara", "S28", S28)):
@@ -216,8 +184,3 @@ def test_structures_are_those_of_the_papers() -> None:
     pelvis = rigs.character(BODIES["quinn"]).skeleton
     assert pelvis.parents[pelvis.index("LeftUpLeg")] == pelvis.index("Pelvis")
     assert pelvis.names[0] == "Hips"
-
-
-def test_contacts_are_of_joints_that_there_are() -> None:
-    assert BODIES["hugo"].structure.labelled == ("left_foot", "right_foot")
-    assert len(BODIES["ada"].structure.labelled) == 4

@@ -32,10 +32,3 @@ def test_rooms_import_in_one_direction() -> None:
             assert imported(file) <= allowed, f"{file.name} of {room} imports {imported(file) - allowed}"
     for file in ROOT.glob("*.py"):
         assert imported(file) <= ({"corpus"} if file.name == "dataset.py" else set())
-
-
-def test_every_room_says_what_it_is_for() -> None:
-    for room in MAY_IMPORT:
-        text = ast.get_docstring(ast.parse((ROOT / room / "__init__.py").read_text(encoding="utf-8")))
-        assert text
-        assert "May import" in text

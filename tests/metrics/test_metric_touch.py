@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metric_cases import character, compute, labelled, motion, sides
+from metric_cases import compute, labelled, sides
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.api import Touch
@@ -93,13 +93,3 @@ def test_labels_of_another_length_are_refused_in_words() -> None:
     case.touches = (Touch("left_hand", np.zeros(3), "hips", np.zeros(3), np.ones(19, dtype=bool)),)
     with pytest.raises(BenchError, match=r"left_hand on hips needs labels \(20,\), got \(19,\)"):
         compute("touch", case)
-
-
-def test_a_hand_that_moves_away_misses() -> None:
-    """The gap grows with the way that the place is moved: ten per cent of the height is ten."""
-    body = character("B", seed=1)
-    still = motion(body, 1, 0)
-    case = labelled(replace(sides(1, 0), predicted=still, expected=still))
-    far = replace(case.touches[0], place=case.touches[0].place * 0.0, bearing="left_hand")
-    apart = replace(far, point=0.1 * body.height * np.array([0.0, 0.0, 1.0]))
-    assert compute("touch", replace(case, touches=(apart,)))["touch_gap"] == pytest.approx(10.0)

@@ -158,19 +158,6 @@ def test_no_permutation_is_refused_because_of_it(order: list[str]) -> None:
     assert len(line) < 600
 
 
-def test_real_files_are_not_doubted(real_data: Path) -> None:
-    for name in (
-        "lafan1/ground1_subject5.bvh",
-        "dog/Dog_example.bvh",
-        "cmu_bvh/01_01.bvh",
-        "bandai_namco/dataset-1_bow_giant_001.bvh",
-        "mixamo_san/BigVegas/Standing React Death Forward.bvh",
-        "gltf/Xbot.glb",
-    ):
-        if (real_data / name).exists():
-            assert contradictions(load(real_data / name).motion) == [], name
-
-
 @pytest.mark.parametrize("about", ["across", "along"])
 def test_joints_of_no_role_that_bend_inside_a_chain_are_said_to_be_left_out(about: str) -> None:
     """Not those that turn about their bone, as twist bones do."""
