@@ -168,14 +168,6 @@ SCHEMES = {
         "#_thigh|[#_thightwist1]|#_shin|#_foot|(#_metatarsal)|#_toes",
         ("l", "r"),
     ),
-    "Maya HumanIK": Scheme(
-        "Reference/Hips|Spine|Spine1|Spine2|Spine3",
-        "Neck|Head",
-        _MIXAMO_ARM,
-        _MIXAMO_LEG,
-        _WORDS,
-        ("Character1_", ""),
-    ),
     "3ds Max Biped": Scheme("/Pelvis|Spine|Spine1|Spine2", "Neck|Head", *_BIPED, around=("Bip001 ", "")),
     "3ds Max CAT": Scheme(
         "Hub001|Spine1|Spine2|Ribcage",
@@ -227,13 +219,6 @@ SCHEMES = {
         "#_upLeg|#_leg|#_foot|#_toes",
         ("left", "right"),
         ("", "_joint"),
-    ),
-    "Source": Scheme(
-        "Pelvis|Spine|Spine1|Spine2|Spine4",
-        "Neck1|Head1",
-        "#_Clavicle|#_UpperArm|#_Forearm|#_Hand",
-        "#_Thigh|#_Calf|#_Foot|#_Toe0",
-        around=("ValveBiped.Bip01_", ""),
     ),
     "H36M": Scheme("Hip|Spine|Thorax", "Neck|Head", "#Shoulder|#Elbow|#Wrist", "#Hip|#Knee|#Foot"),
     "LAFAN1": Scheme(
@@ -334,13 +319,6 @@ SCHEMES = {
         "thigh_#|calf_#|foot_#|toe_#",
         ("l", "r"),
     ),
-    "Sims": Scheme(
-        "ROOT/Pelvis__|Spine0__|Spine1__|Spine2__",
-        "Neck__|Head__",
-        "#_Clavicle__|#_UpperArm__|#_Forearm__|#_Hand__",
-        "#_Thigh__|#_Calf__|#_Foot__|#_Toe__",
-        around=("b__", ""),
-    ),
     "German": Scheme(
         "Becken|Wirbelsäule|Brust",
         "Hals|Kopf",
@@ -403,14 +381,6 @@ SCHEMES = {
         "Shoulder#|Elbow#|Wrist#",
         "Hip#|Knee#|Ankle#|Foot#",
         _WORDS,
-    ),
-    "NITE": Scheme(
-        "WAIST|TORSO",
-        "NECK|HEAD",
-        "#_COLLAR|#_SHOULDER|#_ELBOW|#_HAND",
-        "#_HIP|#_KNEE|#_FOOT",
-        ("LEFT", "RIGHT"),
-        ("SKEL_", ""),
     ),
     "mocopi": Scheme(
         "root|torso_1|torso_2|torso_3|torso_4|torso_5|torso_6|torso_7",

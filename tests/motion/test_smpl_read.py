@@ -12,7 +12,6 @@ from smpl_files import archive, danced, features, forward, model, parameters
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import files, importer, kinematics, rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.files.listing import motion_files
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import average, joint_arrays
 from retarget_bench.motion.files.smpl.families import BODY, FAMILIES, SMPL, SMPLH, SMPLX
@@ -320,12 +319,3 @@ def test_features_are_read_as_the_motion_that_they_were_made_of(tmp_path, joints
     np.save(tmp_path / "b.npy", (columns - columns.mean(axis=0)) / columns.std(axis=0))
     warnings = importer.load(tmp_path / "b.npy").findings.warnings
     assert any("multiplied by Std and moved by Mean" in each for each in warnings)
-
-
-def test_takes_of_a_folder(tmp_path, random, joints):
-    archive(tmp_path / "walk.npz", parameters(random))
-    np.save(tmp_path / "walk.npy", joints)
-    np.save(tmp_path / "run.npy", joints)
-    assert list(motion_files(tmp_path)) == ["run", "walk", "walk.npz"]
-    with pytest.raises(NotSupported, match="holds one motion of one body: leave out take='2'"):
-        files.read(f"{tmp_path / 'walk.npz'}#2")
