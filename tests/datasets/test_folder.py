@@ -222,13 +222,6 @@ def test_files_without_a_rate_are_read_at_the_one_that_is_said(loose):
     assert data.load(info).source.fps == 30.0
 
 
-def test_clips_whose_names_have_commas_are_chosen(loose, rigs):
-    rigs.a(loose / "step, turn.bvh")
-    infos = every_case(Folder(str(loose)))
-    for text, names in (("Step, turn", {"step, turn"}), ("walk, wave", {"walk", "wave"})):
-        assert {info.clip for info in clips.chosen(infos, [text], 0)} == names
-
-
 def test_glb_files_stand_beside_bvh_files_and_every_take_is_a_clip(loose):
     body = importer.load(loose / "walk.bvh", Reading(unit="cm")).motion
     gltf.write(loose / "again.glb", body)

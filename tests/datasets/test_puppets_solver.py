@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from retarget_bench.datasets.puppets import matrices
 from retarget_bench.datasets.puppets.bodies import rigs
@@ -32,14 +31,6 @@ def scores() -> list[Score]:
 
 
 # --------------------------------------------------------------------------------------------- limbs
-@given(vector)
-def test_rotation_vectors_agree_with_scipy(v: np.ndarray) -> None:
-    turn = matrices.from_vector(3.0 * v)
-    np.testing.assert_allclose(turn, Rotation.from_rotvec(3.0 * v).as_matrix(), atol=1e-12)
-    if np.linalg.norm(3.0 * v) < 3.0:
-        np.testing.assert_allclose(matrices.to_vector(turn), 3.0 * v, atol=1e-7)
-
-
 def bent(limb: Limb, start: np.ndarray, goal: np.ndarray, swivel: float) -> tuple[np.ndarray, np.ndarray]:
     """Orientations of the two bones of one limb in one frame."""
     upper, lower = limbs.bend((limb,), start[None], goal[None], np.eye(3)[None], np.array([[swivel]]))

@@ -169,6 +169,11 @@ NAMES = (
     *("LeftArm", "LeftForeArm", "LeftHand", "RightArm", "RightForeArm", "RightHand"),
     *("LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg", "RightFoot"),
 )
+ROLES = (
+    *("hips", "spine_1", "neck", "head"),
+    *("left_arm", "left_forearm", "left_hand", "right_arm", "right_forearm", "right_hand"),
+    *("left_up_leg", "left_leg", "left_foot", "right_up_leg", "right_leg", "right_foot"),
+)
 PARENTS = (-1, 0, 1, 2, 1, 4, 5, 1, 7, 8, 0, 10, 11, 0, 13, 14)
 PLACES = np.array(
     [

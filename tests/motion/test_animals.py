@@ -179,9 +179,3 @@ def test_people_who_rest_seated_are_upright():
         bones[f"Bip01{name}"] = (bones[f"Bip01{name}"][0], (0.0, y, 0.0))
     body: Skeleton = skeleton(bones)
     assert not has_level_trunk(body, find(body))
-
-
-@pytest.mark.parametrize(("fps", "doubted"), [(1.0, True), (4.0, True), (12.0, False), (120.0, False)])
-def test_a_rate_that_nobody_records_at_is_doubted(tmp_path, fps, doubted):
-    findings = load(written(tmp_path / "horse.bvh", horse(), scale=100, fps=fps)).findings
-    assert any(f"{fps:g} per second" in warning for warning in findings.warnings) == doubted

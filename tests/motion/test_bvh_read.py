@@ -107,41 +107,32 @@ def test_a_root_without_position_channels_stays_at_its_offset(tmp_path: Path) ->
     assert recording.root.tolist() == [[0, 90, 5]]
 
 
-@pytest.mark.parametrize(
-    "rewrite",
-    [
-        pytest.param(lambda text: text.replace("\n", "\r\n"), id="CRLF"),
-        pytest.param(lambda text: text.replace("\n", "\r"), id="CR"),
-        pytest.param(
-            lambda text: text.replace("OFFSET 0 10 0\n", "OFFSET 0 10 0\r\n"), id="both line ends"
-        ),
-        pytest.param(lambda text: text.replace("Frames: ", "Frames:\t"), id="tab after Frames"),
-        pytest.param(
-            lambda text: text.replace("Frame Time: ", "Frame  Time : "), id="blanks around the colon"
-        ),
-        pytest.param(
-            lambda text: text.replace("1 2 3", "  1\t2   3 ").replace("60\n", "60 \t \n"), id="blanks"
-        ),
-        pytest.param(lambda text: text.rstrip("\n"), id="no line end at the end"),
-        pytest.param(lambda text: text + "\n \n\n", id="blank lines at the end"),
-        pytest.param(lambda text: text.replace("MOTION\n", "MOTION\n\n"), id="blank line after MOTION"),
-        pytest.param(lambda text: text.replace("\n\t", "\n"), id="no indentation"),
-        pytest.param(
-            lambda text: text.replace("\n{", " {").replace("\n\t{", "{"), id="brace on the same line"
-        ),
-        pytest.param(
-            lambda text: text.replace("HIERARCHY", "hierarchy").replace("MOTION", "Motion"), id="case"
-        ),
-        pytest.param(
-            lambda text: text.replace("rotation", "Rotation").replace("OFFSET", "offset"), id="case 2"
-        ),
-        pytest.param(lambda text: "\ufeff" + text, id="byte order mark"),
-        pytest.param(lambda text: text.replace("10 20 30", "1e1 +2.0E+1 30."), id="exponents"),
-    ],
-)
-def test_the_same_file_in_other_dress(tmp_path: Path, rewrite) -> None:
+DRESS = {
+    "CRLF": {"\n": "\r\n"},
+    "CR": {"\n": "\r"},
+    "both line ends": {"OFFSET 0 10 0\n": "OFFSET 0 10 0\r\n"},
+    "tab after Frames": {"Frames: ": "Frames:\t"},
+    "blanks around the colon": {"Frame Time: ": "Frame  Time : "},
+    "blanks": {"1 2 3": "  1\t2   3 ", "60\n": "60 \t \n"},
+    "no line end at the end": {"60\n": "60"},
+    "blank lines at the end": {"60\n": "60\n\n \n\n"},
+    "blank line after MOTION": {"MOTION\n": "MOTION\n\n"},
+    "no indentation": {"\n\t": "\n"},
+    "brace on the same line": {"\n{": " {", "\n\t{": "{"},
+    "case": {"HIERARCHY": "hierarchy", "MOTION": "Motion", "rotation": "Rotation", "OFFSET": "offset"},
+    "byte order mark": {"HIERARCHY": "\ufeffHIERARCHY"},
+    "exponents": {"10 20 30": "1e1 +2.0E+1 30."},
+}
+
+
+@pytest.mark.parametrize("dress", DRESS)
+def test_the_same_file_in_other_dress(tmp_path: Path, dress: str) -> None:
+    text = two_bones()
+    for old, new in DRESS[dress].items():
+        assert old in text
+        text = text.replace(old, new)
     plain = bvh.parse(save(tmp_path, two_bones()))
-    other = bvh.parse(save(tmp_path, rewrite(two_bones()), "other.bvh"))
+    other = bvh.parse(save(tmp_path, text, "other.bvh"))
     assert other.hierarchy.names == plain.hierarchy.names
     assert other.hierarchy.channels == plain.hierarchy.channels
     assert other.hierarchy.end_sites == plain.hierarchy.end_sites
@@ -238,23 +229,19 @@ def legged(frames: list[str], *, hips: str, order: str = f"6 {POSITION} {spell('
     return text.replace("\tJOINT Spine", leg + "\tJOINT Spine").replace("OFFSET 0 10 0", "OFFSET 0 50 0")
 
 
-@pytest.mark.parametrize(
-    ("hips", "places", "expected"),
-    [
-        pytest.param((0, 95, 0), [(0, 94, 0), (5, 93, 9)], "absolute", id="standing, absolute"),
-        pytest.param((0, 95, 0), [(0, -1, 0), (5, -2, 9)], "relative", id="standing, relative"),
-        pytest.param((0, 95, 0), [(0, 0, 0), (0, 0, 0)], "relative", id="not moving, relative"),
-        pytest.param((0, 95, 0), [(0, 45, 0), (0, 45, 0)], "absolute", id="hanging half a body low"),
-        pytest.param(
-            (-131, 91, -190), [(-131, 91, -190), (0, 1, 9)], "absolute", id="OFFSET is the first frame"
-        ),
-        pytest.param(
-            (302, 92, -502), [(-308, -3, 616), (-300, -4, 620)], "relative", id="far away, relative"
-        ),
-        pytest.param((-10, 7, -472), [(-5, 95, -456), (-5, 94, -450)], "absolute", id="OFFSET is anything"),
-        pytest.param((0, 95, 0), [(0, 190, 0), (0, 185, 0)], "absolute", id="on a table"),
-    ],
-)
+ROOTS = {
+    "standing, absolute": ((0, 95, 0), [(0, 94, 0), (5, 93, 9)], "absolute"),
+    "standing, relative": ((0, 95, 0), [(0, -1, 0), (5, -2, 9)], "relative"),
+    "not moving, relative": ((0, 95, 0), [(0, 0, 0), (0, 0, 0)], "relative"),
+    "hanging half a body low": ((0, 95, 0), [(0, 45, 0), (0, 45, 0)], "absolute"),
+    "OFFSET is the first frame": ((-131, 91, -190), [(-131, 91, -190), (0, 1, 9)], "absolute"),
+    "far away, relative": ((302, 92, -502), [(-308, -3, 616), (-300, -4, 620)], "relative"),
+    "OFFSET is anything": ((-10, 7, -472), [(-5, 95, -456), (-5, 94, -450)], "absolute"),
+    "on a table": ((0, 95, 0), [(0, 190, 0), (0, 185, 0)], "absolute"),
+}
+
+
+@pytest.mark.parametrize(("hips", "places", "expected"), ROOTS.values(), ids=ROOTS)
 def test_auto_finds_out_how_root_places_are_meant(
     tmp_path: Path, hips: tuple[int, ...], places: list[tuple[int, ...]], expected: str
 ) -> None:

@@ -13,7 +13,6 @@ from fbx_files import Joint, Made, Skin, dress, person, pivots, skinned, world
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import files, importer, kinematics, rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.files import listing
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.recording import Recording
 
@@ -183,7 +182,7 @@ def test_left_handed_axes_are_mirrored(tmp_path, random):
 
 
 # --------------------------------------------------------------------------------------- takes and rate
-def test_takes_by_name_number_and_default(tmp_path, random):
+def test_the_first_take_that_moves_and_another(tmp_path, random):
     figure = person(random, frames=6)
     act = figure.takes["act"]
     figure.takes = {
@@ -194,12 +193,7 @@ def test_takes_by_name_number_and_default(tmp_path, random):
     path = figure.save(tmp_path / "one.fbx")
     assert files.takes(path) == ("still", "act", "nod")
     agrees(files.read(path), figure, "act")
-    agrees(files.read(f"{path}#nod"), figure, "nod")
     agrees(files.read(path, Reading(take="3")), figure, "nod")
-    agrees(files.read(path, Reading(take="STILL")), figure, "still")
-    assert list(listing.motions_of(path)) == ["one-still", "one-act", "one-nod"]
-    with pytest.raises(NotSupported, match="no take 'run'; it has 1 'still', 2 'act', 3 'nod'"):
-        files.read(path, Reading(take="run"))
 
 
 def test_a_file_without_takes_is_a_pose(tmp_path, random):
@@ -281,27 +275,7 @@ def test_several_bodies(tmp_path, random):
         files.read(path, Reading(body="c"))
 
 
-def test_a_root_that_only_carries_the_hips_is_folded(tmp_path, random):
-    figure = person(random, above=(Joint("Root"),))
-    recording = files.read(figure.save(tmp_path / "one.fbx"))
-    assert recording.skeleton.names[0] == "Hips"
-    assert "'Root' only carries 'Hips' and is folded into it" in recording.notes
-    agrees(recording, figure)
-
-
 # --------------------------------------------------------------------------------- beside other formats
-def test_it_is_found_out_by_its_first_bytes(tmp_path, random):
-    figure = person(random, frames=3)
-    for kind in ({}, {"ascii": True}):
-        path = figure.save(tmp_path / "one.motion", **kind)
-        assert files.format_of(path).name == "FBX"
-        assert len(files.read(path).root) == 3
-    assert ".fbx" in files.suffixes()
-    assert ".fbx" not in files.suffixes(written=True)
-    with pytest.raises(NotSupported, match="states where its root is"):
-        files.read(path, Reading(root_place="relative"))
-
-
 @pytest.mark.parametrize(
     "content", [b"; FBX 6.1.0 project file", b"Kaydara FBX Binary  \0\x1a\0" + bytes(9)]
 )

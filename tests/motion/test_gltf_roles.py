@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_files import NAMES, Made, person
+from gltf_files import NAMES, ROLES, Made, person
 
 from retarget_bench.errors import FileError
 from retarget_bench.motion.files.reading import Reading
@@ -21,11 +21,6 @@ BONES = (
     *("leftUpperLeg", "leftLowerLeg", "leftFoot", "rightUpperLeg", "rightLowerLeg", "rightFoot"),
 )
 """What VRM calls the joints of ``gltf_files.NAMES``."""
-ROLES = (
-    *("hips", "spine_1", "neck", "head"),
-    *("left_arm", "left_forearm", "left_hand", "right_arm", "right_forearm", "right_hand"),
-    *("left_up_leg", "left_leg", "left_foot", "right_up_leg", "right_leg", "right_foot"),
-)
 
 
 def vrm_0(nodes: dict[str, int]) -> dict[str, Any]:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from editing_bodies import body, fingers, gait
 
-from retarget_bench.commands import doctor
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh import Document
@@ -52,16 +51,6 @@ def test_it_is_said_and_mirrored(pair):
     np.testing.assert_allclose(mirrored.motion.skeleton.offsets, right.motion.skeleton.offsets, atol=1e-9)
     (doubt,) = load(pair[0], Reading(mirror=True)).findings.doubts
     assert "is the file right-handed? Then leave out mirror=true" in doubt
-
-
-def test_the_saved_reading_mirrors(pair, tmp_path):
-    saved = tmp_path / "left.toml"
-    saved.write_text(doctor.reading_text(load(pair[1], Reading(mirror=True))))
-    assert Reading(reading=saved).mirror
-    assert load(pair[1], Reading(reading=saved)).findings.doubts == ()
-    saved.write_text(doctor.reading_text(load(pair[1])))
-    (doubt,) = load(pair[1], Reading(reading=saved)).findings.doubts
-    assert "is the file left-handed? Then say mirror=true" in doubt
 
 
 def test_only_true_mirrors():

@@ -68,18 +68,3 @@ def test_what_does_not_fit_is_refused():
     two = Mesh(mesh.vertices, mesh.faces, mesh.weights[:, :2])
     with pytest.raises(SkeletonError, match="cannot follow a body of 3 joints"):
         two.skinned(moved(1))
-
-
-def test_a_character_makes_its_mesh_once_and_only_when_asked():
-    calls = []
-
-    def make() -> Mesh:
-        calls.append(1)
-        return skin()
-
-    plain = body()
-    assert plain.mesh is None
-    who = Character("stick", plain.skeleton, "s", plain.roles, plain.reference_pose, plain.measures, make)
-    assert not calls
-    assert who.mesh is who.mesh
-    assert calls == [1]
