@@ -112,6 +112,8 @@ def test_parts_share_no_take(archives: Callable[..., Path]) -> None:
     assert sum(map(len, takes)) == len(set().union(*takes)) == len(PEOPLE) + len(DOGS)
     manifest = data.training_manifest()
     assert set(manifest["clips"]) == steering | trained
+    with pytest.raises(BenchError, match="has no case"):
+        data.load(data.validation().cases("retarget", "cross")[0])
     assert manifest["structures"] == [body.structure for body in data.characters().values()]
 
 

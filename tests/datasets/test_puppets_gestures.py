@@ -5,8 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+import pytest
 
 from retarget_bench.datasets.puppets.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.conventions import SIDES, sign
 from retarget_bench.datasets.puppets.matrices import to_vector
 from retarget_bench.datasets.puppets.performances.people import (
     STRUNG,
@@ -14,8 +16,30 @@ from retarget_bench.datasets.puppets.performances.people import (
 )
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver.solve import solve
+from retarget_bench.datasets.puppets.solver.touch_points import KINDS as PLACES
+from retarget_bench.datasets.puppets.solver.touch_points import resting, touch_point, touching
 
 # ----------------------------------------------------------------------------------------- sequences
+
+
+@pytest.mark.parametrize("name", PLACES)
+@pytest.mark.parametrize("body", ["ada", "pip", "titan"])
+def test_places_are_mirrored_and_hands_rest_flat_on_them(name: str, body: str) -> None:
+    who, mirror = BODIES[body], np.array([-1.0, 1.0, 1.0])
+    left, right = (touch_point(f"{side}_{name}", who) for side in SIDES)
+    assert left.part.replace("left", "right") == right.part
+    for a, b in ((left.at, right.at), (left.normal, right.normal), (left.along, right.along)):
+        np.testing.assert_allclose(a * mirror, b, atol=1e-12)
+    for side in SIDES:
+        turn, wrist = resting(left, side, who.proportions)
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+        assert np.linalg.det(turn) > 0
+        np.testing.assert_allclose(
+            wrist + turn @ touching(left, side, who.proportions), left.at, atol=1e-12
+        )
+        # the back of the hand looks out of the body, the fingers where they should
+        np.testing.assert_allclose(turn[:, 1], left.normal, atol=1e-12)
+        assert turn[:, 0] @ left.along * sign(side) > 0
 
 
 def test_a_minute_of_many_kinds_is_one_motion() -> None:

@@ -13,6 +13,7 @@ import retarget_bench as rb
 from retarget_bench.motion import rotation, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.editing import fingers as editing
+from retarget_bench.motion.skeleton import EndSite, Skeleton
 from tests.examples import examples
 
 BARE, FULL = body(), body(fingers())
@@ -69,6 +70,14 @@ def test_a_relaxed_hand_does_not_depend_on_how_a_rig_is_written(seed):
     other = Character(other.name, written, other.structure, other.roles, pose, other.measures)
     motion = other.motion(curled(other)[None], np.zeros((1, 3)), 30.0)
     np.testing.assert_allclose(motion.positions, plain.positions, atol=1e-9)
+
+
+def test_tips_in_line_with_a_finger_change_nothing():
+    plain = FULL.skeleton
+    last = [joint for joint, name in enumerate(plain.names) if name.endswith("3")]
+    tips = tuple(EndSite(joint, tuple(plain.offsets[joint].tolist())) for joint in last)
+    tipped = Character.of("tipped", Skeleton(plain.names, plain.parents, plain.offsets, tips))
+    np.testing.assert_allclose(curled(tipped), curled(FULL), atol=1e-9)
 
 
 def test_a_hand_that_rests_half_closed_is_closed_no_further():

@@ -152,13 +152,16 @@ def test_places_and_sizes_of_the_take_that_was_read_are_stated(tmp_path, random)
     same(importer.load(tmp_path / "1.glb").motion, clip)
 
 
+HELD = {"uri": "data:image/png;base64,iVBORw0KGgo="}
+
+
 def test_a_text_file_with_its_buffer_and_picture_becomes_one_glb(tmp_path, random):
     folder = tmp_path / "in"
     folder.mkdir()
     asset = person(random)
     picture = b"\x89PNG some picture"
     (folder / "face.png").write_bytes(picture)
-    asset.content["images"] = [{"uri": "face.png"}, {"uri": "gone.png"}, {"uri": "odd.tga"}]
+    asset.content["images"] = [{"uri": "face.png"}, {"uri": "gone.png"}, {"uri": "odd.tga"}, HELD]
     (folder / "odd.tga").write_bytes(b"x")
     path = asset.save(folder / "target.gltf", linked="target.bin")
     like = importer.load(path)
@@ -172,6 +175,7 @@ def test_a_text_file_with_its_buffer_and_picture_becomes_one_glb(tmp_path, rando
     view = after["bufferViews"][image["bufferView"]]
     assert image["mimeType"] == "image/png"
     assert data[view["byteOffset"] : view["byteOffset"] + view["byteLength"]] == picture
+    assert after["images"][3] == HELD
     same(importer.load(tmp_path / "out.glb").motion, clip)
 
 

@@ -272,3 +272,18 @@ def test_mixed_precision_does_not_reach_the_kinematics() -> None:
     np.testing.assert_allclose(places.detach(), expected, atol=2e-5)
     torch.testing.assert_close(places, plain_places, atol=1e-5, rtol=0)
     torch.testing.assert_close(gradient, plain_gradient, atol=1e-3, rtol=1e-5)
+
+
+def test_half_precision_is_raised() -> None:
+    body = skeleton(5)
+    q, root = (torch.tensor(each).bfloat16() for each in pose(2, 3, 5))
+    places, turned = kinematics_torch.forward(Tree.of(body), torch.tensor(body.offsets), q, root)
+    assert places.dtype == turned.dtype == torch.float32
+
+
+def test_a_tree_moves_to_a_device_and_an_empty_batch_is_refused() -> None:
+    body = skeleton(5)
+    moved = Tree.of(body).to("meta")
+    assert moved.mask.device.type == moved.levels[0][0].device.type == "meta"
+    with pytest.raises(SkeletonError, match="at least one"):
+        Tree.batch([])

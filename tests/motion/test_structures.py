@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from alignment_rigs import performance, t_pose
+from role_schemes import SCHEMES
 
 from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion import bvh, rotation
@@ -97,6 +98,12 @@ def test_a_left_out_joint_that_turns_shows_as_deviation():
     # Spine1 was 0.2 above the helper; without it, it is 0.2 further straight up
     assert deviation(reduction, motion) == pytest.approx(2 * 0.2 * np.sin(0.15), rel=1e-9)
     assert deviation(reduction, body.motion(rotation.identity(1, len(names)), np.zeros((1, 3)), 30.0)) == 0
+
+
+def test_a_longer_spine_gives_three_of_its_joints():
+    skeleton, _ = SCHEMES["Xsens"].body()
+    names = reduce(Character.of("xsens", skeleton), "body22").character.skeleton.names
+    assert names[:4] == ("Pelvis", "L5", "T12", "T8")
 
 
 def test_the_ends_become_tips():
