@@ -111,14 +111,6 @@ def test_what_is_trained_on_is_the_motion_of_the_files(two):
     assert [motion.frames for motion in motions[2:4]] == [4, 4]
 
 
-def test_the_manifest_names_what_training_and_steering_have(two):
-    data = Folder(str(two), protocol="split")
-    manifest = data.training_manifest()
-    assert manifest["characters"] == ["Aj", "BigVegas", "Mousey_m"]
-    assert manifest["structures"] == sorted(data.training())
-    assert set(manifest["clips"]) == set(CLIPS) - clips_of(data)
-
-
 def test_a_folder_that_is_all_cases_says_how_to_train_on_it(two):
     assert Folder(str(two)).training() == {}
     assert Folder(str(two)).validation() is None

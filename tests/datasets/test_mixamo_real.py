@@ -83,19 +83,3 @@ def test_all_of_the_folder_is_listed(root):
         **dict.fromkeys(A, 23),
         **dict.fromkeys(B, 28),
     }
-
-
-def test_characters_with_several_rigs_load_with_each_clips_own(real_data):
-    folder = real_data / "mixamo_r2et"
-    if not folder.is_dir():
-        pytest.skip(f"no Mixamo clips with two rigs: {folder} is not there")
-    dataset = Mixamo(str(folder))
-    bodies = {
-        info.clip: dataset.load(info).target.measures.root_offset
-        for info in dataset.cases("retarget", "self")
-        if info.source == "Ortiz"
-    }
-    assert {round(height, 3) for height in bodies.values()} == {0.776, 0.777}
-    assert {len(body.skeleton) for body in dataset.characters().values()} == {22}
-    paired = {info.clip for info in dataset.cases("retarget", "intra")}
-    assert paired <= set(bodies) - {"House Dancing"}

@@ -60,18 +60,6 @@ def errors(fitted: Motion, expected: Motion, joint: str) -> np.ndarray:
 
 # ------------------------------------------------------------------------------------------ round trips
 @pytest.mark.parametrize("name", BODIES)
-def test_positions_of_a_motion_are_reproduced(name):
-    motion = wiggle(BODIES[name], 40)
-    fitted = refitted(motion)
-    assert np.abs(fitted.motion.positions - motion.positions).max() < EXACT
-    assert fitted.worst < EXACT
-    assert (fitted.motion.root == motion.root).all()
-    assert (fitted.motion.frames, fitted.motion.fps) == (40, 30.0)
-    assert np.abs(lengths(motion.skeleton, fitted.motion.positions)
-                  - motion.skeleton.bone_lengths[1:]).max() < 1e-12  # fmt: skip
-
-
-@pytest.mark.parametrize("name", BODIES)
 def test_joints_that_carry_several_bones_are_turned_as_they_were(name):
     motion = wiggle(BODIES[name], 30, seed=1)
     fitted = refitted(motion).motion

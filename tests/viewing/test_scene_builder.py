@@ -54,16 +54,6 @@ def test_errors_are_those_of_the_rows(tmp_path):
     assert copied.joint_error[0] == pytest.approx(100 * hips / copied.character.height, rel=1e-6)
 
 
-def test_contacts_are_each_figures_own(tmp_path):
-    """The whole body goes forward at 1 m/s but for what the nodding adds: nothing rests."""
-    scene = scene_builder.of_case(ran(tmp_path, "copy"), CASE)
-    for figure in scene.figures:
-        names = [figure.character.roles[joint] for joint in figure.joints]
-        assert names == ["left_foot", "left_toe", "right_foot", "right_toe"]
-        assert figure.planted.shape == (12, 4)
-        assert not figure.planted.any()
-
-
 @pytest.mark.parametrize(
     ("does", "status", "words"),
     [
