@@ -141,11 +141,6 @@ def test_the_same_file_in_other_dress(tmp_path: Path, dress: str) -> None:
     assert other.fps == plain.fps
 
 
-def test_blank_lines_between_frames(tmp_path: Path) -> None:
-    text = two_bones(frames="\n1 2 3 4 5 6 7 8 9\n\n \n9 8 7 6 5 4 3 2 1", count="Frames: 2")
-    assert bvh.parse(save(tmp_path, text)).values[:, 0].tolist() == [1, 9]
-
-
 @pytest.mark.parametrize("name", ["mixamorig:Hips", "Left Arm", "骨盆", "a.b-c_d", "JOINT", "x (1)"])
 def test_names_are_kept(tmp_path: Path, name: str) -> None:
     assert bvh.read(save(tmp_path, two_bones(names=("Base", name)))).skeleton.names == ("Base", name)

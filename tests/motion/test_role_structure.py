@@ -13,7 +13,6 @@ from role_schemes import SCHEMES
 
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Motion
-from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.importer import load
 from retarget_bench.motion.role_structure import completed, guess
 from retarget_bench.motion.roles import ESSENTIAL
@@ -226,13 +225,3 @@ def test_real_rigs_under_names_that_say_nothing(real_data: Path, rest: bool) -> 
         assert not exchanged(found.joint_of, roles) or "perhaps exchanged" in found.confidence
         assert rest or "perhaps exchanged" not in found.confidence
     assert count >= 0.9 * total
-
-
-def test_a_reading_of_roles_is_not_guessed_over(tmp_path: Path) -> None:
-    motion, roles = nonsense(gait(body(), 30), 0)
-    path = tmp_path / "walk.bvh"
-    bvh.write(path, motion, scale=100.0)
-    name = motion.skeleton.names[roles["left_hand"]]
-    imported = load(path, Reading(roles={name: None}))
-    assert "left_hand" not in imported.motion.character.joint_of
-    assert "right_hand" in imported.motion.character.joint_of
