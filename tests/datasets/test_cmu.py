@@ -48,7 +48,6 @@ def clips(data: Cmu) -> set[str]:
     return {name for cast in data.training().values() for each in cast.values() for name in each.names}
 
 
-# ------------------------------------------------------------------------------------------ the parts
 def test_parts_go_by_the_skeleton() -> None:
     assert (
         part_of("05_01")
@@ -74,7 +73,6 @@ def test_all_takes_of_a_skeleton_are_in_one_part(subject: int, take: int, piece:
     assert parts <= {part_of(f"{subject:02d}_77")}
 
 
-# ------------------------------------------------------------------------------------------ the data set
 def test_what_is_trained_on_is_neither_tested_nor_validates(folder: Callable[..., Path]) -> None:
     data = Cmu(str(folder()))
     validation = data.validation()
@@ -140,7 +138,6 @@ def test_it_keeps_the_contract(folder: Callable[..., Path]) -> None:
     contract.assert_contract("datasets", Spec("cmu", {"root": str(folder())}))
 
 
-# ------------------------------------------------------------------------------------------ the real takes
 def test_the_real_folder(real_data: Path, cache: Path) -> None:
     """An hour of 20 skeletons to train on, seven minutes of four to validate; figures read rightly."""
     assert cache
@@ -161,7 +158,6 @@ def test_the_real_folder(real_data: Path, cache: Path) -> None:
     assert not {name for motions in cast.values() for name in motions.names} & cases
 
 
-# ------------------------------------------------------------------------------------------ on other bodies
 @pytest.fixture
 def onto(folder: Callable[..., Path]) -> Cmu:
     return Cmu(str(folder(("05_01", "05_02", "08_01", "17_01"), frames=300)), bodies=12)

@@ -69,7 +69,6 @@ def archives(tmp_path: Path, cache: Path, bodies: dict[str, Character]) -> Calla
     return write
 
 
-# -------------------------------------------------------------------------------------------------- split
 @given(number=st.integers(1, 9), subject=st.integers(1, 5), what=st.sampled_from(["walk", "run", "fight"]))
 def test_a_take_of_people_is_in_one_part_with_all_of_its_recording(
     number: int, subject: int, what: str
@@ -130,7 +129,6 @@ def test_with_all_of_the_papers_takes_its_rule_applies_and_the_label_says_so(
     assert LafanDog(root, protocol="own").content != data.content
 
 
-# -------------------------------------------------------------------------------------------------- cases
 def test_no_case_between_the_species_has_a_reference(archives: Callable[..., Path]) -> None:
     data = LafanDog(str(archives()))
     assert data.label == "lafan_dog (own split)"
@@ -189,7 +187,6 @@ def test_results_are_known_by_what_the_files_hold(archives: Callable[..., Path])
     assert len({first.content, LafanDog(first._root, seconds=5).content, first.validation().content}) == 3
 
 
-# ------------------------------------------------------------------------------------------ hostile folders
 def listed(data: LafanDog) -> None:
     data.cases("retarget", "cross")
 
@@ -266,7 +263,6 @@ def test_a_folder_of_the_other_species_is_told(archives: Callable[..., Path]) ->
         listed(LafanDog(str(root)))
 
 
-# ---------------------------------------------------------------------------------------------- real takes
 @pytest.fixture(scope="module")
 def real(real_data: Path) -> LafanDog:
     if not (real_data / "lafan1").is_dir() or not (real_data / "dog").is_dir():

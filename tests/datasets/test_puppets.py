@@ -59,7 +59,6 @@ def test_wrong_requests_are_refused_in_words() -> None:
         data.load(CaseInfo("puppets/a>b/c", "retarget", "cross", info.source, info.target, "jump-01"))
 
 
-# ----------------------------------------------------------------------------------- labels and answers
 def test_feet_are_planted_pivoting_or_free() -> None:
     """Whatever pivots does so about a point of its foot that stays where it is."""
     data, count = Puppets(), 0
@@ -131,7 +130,6 @@ def test_the_second_answer_is_another_one_with_the_same_contacts() -> None:
             assert np.abs(feet * case.contacts.planted[:, : feet.shape[1], None]).max() < 2e-6, info.id
 
 
-# ------------------------------------------------------------------------------------ the same motion
 def test_no_last_digit_grows(monkeypatch: pytest.MonkeyPatch) -> None:
     """Random numbers that differ by 1e-12 give motions that differ by less than 1e-8 m."""
 

@@ -28,7 +28,6 @@ from retarget_bench.motion.structures import S23, S28, reduce
 everybody = pytest.mark.parametrize("body", BODIES.values(), ids=lambda body: body.name)
 
 
-# --------------------------------------------------------------------------------------- proportions
 def test_mean_people_are_the_published_ones() -> None:
     """Arms: de Leva (1996), table 4, millimetres at statures of 1.735 m (women) and 1.741 m (men). Legs:
     heights of trochanterion and lateral femoral epicondyle in ANSUR II, shares of stature."""
@@ -92,7 +91,6 @@ def test_masses_add_up_and_balance_on_the_middle() -> None:
     np.testing.assert_allclose(moved - centre, [1.0, 2.0, 3.0])
 
 
-# ---------------------------------------------------------------------------------------------- cast
 def test_the_cast_is_large_enough_and_part_of_it_held_out() -> None:
     count = Counter(body.structure.name for body in BODIES.values())
     for structure, least in {"body22": 12, "body28": 12, "body23": 6, "h36m17": 6}.items():
@@ -118,7 +116,6 @@ def test_the_page_about_the_bodies_says_who_there_is() -> None:
         assert (held == "yes") == body.held_out
 
 
-# ---------------------------------------------------------------------------------------------- rigs
 @everybody
 def test_roles_are_whole_and_as_the_names_say(body: Body) -> None:
     who = rigs.character(body)

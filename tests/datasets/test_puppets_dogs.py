@@ -175,7 +175,6 @@ def test_the_engine_knows_dogs_for_what_they_are(pack: dict[str, Character]) -> 
     assert len({body.rest for body in DOGS.values()}) >= 3
 
 
-# ----------------------------------------------------------------------------------------- sequences
 @pytest.mark.parametrize("frames", [60, 101, 240, 1800])
 def test_sequences_say_what_is_done_when(frames: int) -> None:
     """Acts without gaps, joined by bridges; whatever is held out stays out."""

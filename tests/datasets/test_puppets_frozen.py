@@ -33,7 +33,6 @@ READERS = {"archives", "cones", "contract", "dataset", "frozen"}
 """Modules of the puppets that are no part of the generator."""
 
 
-# ------------------------------------------------------------------------------------ the same corpus
 def assert_same_motion(one: Motion | None, other: Motion | None, what: str) -> None:
     assert one is not None
     assert other is not None
@@ -177,7 +176,6 @@ def test_equal_arrays_give_equal_bytes_and_come_back(tmp_path: Path) -> None:
         np.testing.assert_array_equal(first, arrays["single"])
 
 
-# ---------------------------------------------------------------------------------------- requests
 def test_what_is_not_listed_is_refused_in_words() -> None:
     data = Puppets()
     walk = next(info for info in data.cases("retarget", "self") if info.kind == "walk")
@@ -195,7 +193,6 @@ def test_motions_of_no_case_are_generated() -> None:
     assert motion.frames == data.motion("walk-001", data.performers()["walk-001"][0]).frames
 
 
-# -------------------------------------------------------------------------------------------- damage
 def forget() -> None:
     """What this process has read of the files."""
     for each in (frozen._index, frozen._archive, frozen._cast, frozen._take):
@@ -247,7 +244,6 @@ def test_a_checkout_may_change_line_ends(copied: Path) -> None:
     everything()
 
 
-# ------------------------------------------------------------------------------ without the generator
 def imported_by(folder: Path, *words: object) -> set[str]:
     """Modules of the puppets that a command imports, in whatever process."""
     environment = os.environ | {

@@ -19,8 +19,6 @@ from retarget_bench.datasets.puppets.solver.solve import solve
 from retarget_bench.datasets.puppets.solver.touch_points import KINDS as PLACES
 from retarget_bench.datasets.puppets.solver.touch_points import resting, touch_point, touching
 
-# ----------------------------------------------------------------------------------------- sequences
-
 
 @pytest.mark.parametrize("name", PLACES)
 @pytest.mark.parametrize("body", ["ada", "pip", "titan"])

@@ -35,7 +35,6 @@ def solved(kind: str, number: int, name: str) -> tuple[Body, Solution, np.ndarra
     return body, solution, body.positions(solution.orientations, solution.root)
 
 
-# ------------------------------------------------------------------------------------------ flights
 @pytest.mark.parametrize("kind", FLYING)
 @pytest.mark.parametrize("name", BUILDS)
 def test_bodies_in_flight_fall_freely(kind: str, name: str) -> None:
@@ -55,7 +54,6 @@ def test_bodies_in_flight_fall_freely(kind: str, name: str) -> None:
     assert count > 5
 
 
-# --------------------------------------------------------------------------------------------- gaits
 def test_runners_fly_and_walkers_do_not() -> None:
     """A foot is down for less than half of a runner's stride, and for more of a walker's."""
     for kind, flies in (("jog", True), ("run", True), ("walk", False), ("march", False), ("sneak", False)):
@@ -71,7 +69,6 @@ def test_runners_fly_and_walkers_do_not() -> None:
             assert (max(shares) < 0.5) if flies else (min(shares) > 0.5)
 
 
-# -------------------------------------------------------------------------------------------- stairs
 @pytest.mark.parametrize("kind", ["stairs_up", "stairs_down"])
 @pytest.mark.parametrize("name", ["ada", "boris", "clara", "titan", "stork"])
 def test_nobody_is_in_the_stairs(kind: str, name: str) -> None:

@@ -30,7 +30,6 @@ def scores() -> list[Score]:
     return [clip.score() for clip in people[::2]]
 
 
-# --------------------------------------------------------------------------------------------- limbs
 def bent(limb: Limb, start: np.ndarray, goal: np.ndarray, swivel: float) -> tuple[np.ndarray, np.ndarray]:
     """Orientations of the two bones of one limb in one frame."""
     upper, lower = limbs.bend((limb,), start[None], goal[None], np.eye(3)[None], np.array([[swivel]]))
@@ -59,7 +58,6 @@ def test_a_limb_ends_where_it_should(direction: np.ndarray, share: float, swivel
     assert abs(along @ beyond + inner) < 1e-9
 
 
-# ------------------------------------------------------------------------------------------ symmetry
 def scaled(body: Body, factor: float) -> Body:
     return Body(body.name, body.structure, body.proportions.scaled(factor), body.rest)
 

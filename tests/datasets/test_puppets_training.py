@@ -35,7 +35,6 @@ CAST = [body for family in families() for body in family.bodies.values()]
 APART = [body for body in CAST if only_tested(body) or body.name in VALIDATION_BODIES]
 
 
-# ------------------------------------------------------------------------------------------ the bodies
 def test_drawn_bodies_are_a_list_that_grows() -> None:
     few, many = training_bodies(0, 5), training_bodies(0, NUMBER)
     assert list(few) == list(many)[:5]
@@ -73,7 +72,6 @@ def test_a_number_that_makes_no_sense_is_refused() -> None:
         Puppets(bodies=-1)
 
 
-# ------------------------------------------------------------------------------------ their motion
 def test_cases_and_the_training_of_the_cast_stay_as_they_are() -> None:
     plain, drawn = Puppets(size="default"), Puppets(size="default", bodies=NUMBER)
     for split in ("self", "intra", "cross"):
@@ -159,7 +157,6 @@ def test_a_clip_that_a_drawn_body_cannot_do_is_unusable(
         data.training()["body22"]["body22_0000"][0]
 
 
-# ------------------------------------------------------------------------------------------- pairs
 @pytest.fixture(scope="module")
 def pairs() -> list[TrainingPair]:
     """Some pairs of every performance of a small corpus."""

@@ -43,7 +43,6 @@ def by_square_root(a: np.ndarray, b: np.ndarray) -> float:
     return float(apart @ apart + np.trace(np.cov(a.T) + np.cov(b.T) - 2 * root.real))
 
 
-# ----------------------------------------------------------------------------------------------- Fréchet
 @pytest.mark.parametrize(("n", "m", "d"), [(400, 400, 8), (900, 500, 32), (1200, 1200, 64)])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_frechet_agrees_with_the_matrix_square_root(seed, n, m, d):
@@ -143,7 +142,6 @@ def test_a_part_of_a_set_is_worth_what_it_is_worth_alone(value, odd):
         assert part == pytest.approx(FidStructure().value(value, alone, generated_alone), rel=1e-8)
 
 
-# ---------------------------------------------------------------------------------------------------- KID
 def slow_kid(a, b, groups_a, groups_b) -> float:
     def mean(x, y, p, q):
         pairs = [(i, j) for i in range(len(x)) for j in range(len(y)) if p[i] != q[j]]
@@ -197,7 +195,6 @@ def test_kid_of_one_clip_is_undefined():
     assert np.isnan(kid(a, b, np.zeros(5), np.ones(5)))
 
 
-# --------------------------------------------------------------------------------- coverage and density
 def slow_fit(real, generated, groups_real, groups_generated, k):
     covered, balls = 0, 0
     for i in range(len(real)):

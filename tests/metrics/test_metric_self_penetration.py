@@ -83,7 +83,6 @@ def test_left_out_without_a_mesh_limbs_or_a_reference() -> None:
     assert "self_penetration.over_reference" not in values
 
 
-# --------------------------------------------------------------------------------------------- winding
 def blob() -> tuple[np.ndarray, np.ndarray]:
     """Two balls that overlap."""
     points, faces = ball(3)
@@ -182,7 +181,6 @@ def test_distances_to_triangles_against_a_fine_grid() -> None:
     assert distance == pytest.approx(grid, abs=0.02)
 
 
-# ---------------------------------------------------------------------------------------------- legacy
 def by_loops(body: Character, places: np.ndarray) -> float:
     """Per cent of vertices of limbs that the published test counts, vertex by vertex."""
     mesh, hits, total = body.mesh, 0, 0

@@ -92,7 +92,6 @@ def about(axis: str, degrees: float) -> np.ndarray:
     return Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
 
 
-# --------------------------------------------------------------------------------------- what is meant
 def test_every_convention_by_hand(amc):
     """Orders of root and bones, an axis with an order of its own, a direction that is no unit vector."""
     recording = files.read(amc)
@@ -169,7 +168,6 @@ def test_frames_in_another_order_are_the_same_motion(tmp_path_factory, data):
     np.testing.assert_array_equal(one.root, other.root)
 
 
-# ------------------------------------------------------------------------------------------ which files
 def test_a_skeleton_alone_is_a_body_at_rest(asf):
     imported = importer.load(asf)
     assert imported.motion.frames == 1
@@ -204,7 +202,6 @@ def test_the_rate_is_usual_unless_told(amc):
     assert importer.load(amc, Reading(rate=60.0)).motion.fps == 60.0
 
 
-# ----------------------------------------------------------------------------------------------- faults
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -258,7 +255,6 @@ def test_faults_of_motions_are_told_with_their_line(amc, old, new, message):
         files.read(amc)
 
 
-# -------------------------------------------------------------------------------------------- real files
 @pytest.mark.parametrize("take", ["01", "09"])
 def test_takes_of_cmu_are_understood(real_data, take):
     findings = importer.load(real_data / "cmu_asfamc" / f"02_{take}.amc").findings

@@ -172,7 +172,6 @@ def test_a_sample_of_another_skeleton_is_refused():
         reference_pose(T_POSE.skeleton, T_POSE.roles, rotation.identity(5, 3))
 
 
-# ------------------------------------------------------------------------------------------- real rigs
 LIMBS = {
     "upper arm": ("arm", "forearm"),
     "forearm": ("forearm", "hand"),
@@ -226,7 +225,6 @@ def test_carried_limbs_agree_with_motionbuilder(real_data, source):
         assert np.degrees(twisted).mean() < 6.0, role
 
 
-# ------------------------------------------------------------------------------------------ odd bodies
 @examples(60)
 @given(st.data())
 def test_no_body_is_so_odd_that_its_reference_pose_is_not_a_pose(data):

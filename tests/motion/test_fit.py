@@ -58,7 +58,6 @@ def errors(fitted: Motion, expected: Motion, joint: str) -> np.ndarray:
     )
 
 
-# ------------------------------------------------------------------------------------------ round trips
 @pytest.mark.parametrize("name", BODIES)
 def test_joints_that_carry_several_bones_are_turned_as_they_were(name):
     motion = wiggle(BODIES[name], 30, seed=1)
@@ -109,7 +108,6 @@ def test_a_face_hung_on_a_bone_of_no_length_but_that_of_rounding_does_not_spin()
     assert errors(fitted, motion, "Head").max() < 0.1
 
 
-# -------------------------------------------------------------------------------- what cannot be reached
 def test_bones_that_are_longer_than_the_body_s_keep_their_directions():
     motion = dance(body())
     away = motion.positions - motion.root[:, None]
@@ -189,7 +187,6 @@ def test_a_step_is_that_of_the_whole_system():
         )
 
 
-# ------------------------------------------------------------------------------------------- smoothness
 @pytest.mark.parametrize("tilt", [0.0, 4.0, 15.0])
 @pytest.mark.parametrize("axis", ["Y", "Z"])
 def test_a_straight_arm_that_swings_all_round_does_not_flip(axis, tilt):
@@ -213,7 +210,6 @@ def test_an_elbow_that_passes_through_straight_does_not_flip():
     assert steps(fitted, "LeftArm").max() < 12.0
 
 
-# ------------------------------------------------------------------------------------------- properties
 trees = st.tuples(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 20))
 
 
@@ -259,7 +255,6 @@ def test_frames_do_not_depend_on_how_many_are_worked_on_together(monkeypatch):
     assert np.abs(refitted(motion, observed).motion.positions - together.positions).max() < 1e-9
 
 
-# ------------------------------------------------------------------------------------------- edge cases
 def test_one_frame_and_none():
     motion = dance(body())
     single = refitted(motion.at(slice(3, 4)))

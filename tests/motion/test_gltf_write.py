@@ -98,7 +98,6 @@ def test_a_mesh_comes_back(tmp_path, random):
     np.testing.assert_allclose(back.character.mesh.skinned(back), mesh.skinned(clip), atol=1e-5)
 
 
-# --------------------------------------------------------------------------------- a target's own file
 ABOVE = {
     "nothing": ({},),
     "scaled": (
@@ -218,7 +217,6 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path, random):
     assert sorted(each.name for each in tmp_path.iterdir()) == ["sheared.glb", "target.glb"]
 
 
-# ---------------------------------------------------------------------------------------- the validator
 CHECK = """
 const validator = require('gltf-validator'), fs = require('fs');
 (async () => { const found = {};

@@ -48,7 +48,6 @@ def plain(body: Skeleton, q: np.ndarray, root: np.ndarray) -> tuple[np.ndarray, 
     return places, turned
 
 
-# ---------------------------------------------------------------------------------------------- NumPy
 @patient
 @given(joints=st.integers(1, 30), frames=st.integers(0, 4), reach=st.integers(1, 8), seed=seeds)
 def test_agrees_with_the_book(joints: int, frames: int, reach: int, seed: int) -> None:
@@ -91,7 +90,6 @@ def test_shapes_that_do_not_fit_are_refused(shapes: tuple[tuple[int, ...], tuple
         )
 
 
-# ---------------------------------------------------------------------------------------------- torch
 def tensors(*arrays: np.ndarray) -> list[torch.Tensor]:
     return [torch.tensor(each) for each in arrays]
 
@@ -210,7 +208,6 @@ def test_one_body_per_sequence_on_a_shared_tree() -> None:
         torch.testing.assert_close(a, b, atol=1e-9, rtol=1e-9)
 
 
-# -------------------------------------------------------------------------------------- mixed batches
 @patient
 @given(sizes=st.lists(st.integers(1, 14), min_size=1, max_size=5), frames=st.integers(0, 3), seed=seeds)
 def test_a_mixed_batch_is_each_sequence_alone(sizes: list[int], frames: int, seed: int) -> None:
@@ -254,7 +251,6 @@ def _compare_mixed(bodies: list[Skeleton], frames: int, seed: int) -> None:
     assert not grads[1].transpose(1, 2)[empty].any()
 
 
-# ------------------------------------------------------------------------------------------ precision
 def test_mixed_precision_does_not_reach_the_kinematics() -> None:
     body = skeleton(24)
     q, root = pose(2, 6, 24)

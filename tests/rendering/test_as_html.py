@@ -146,7 +146,6 @@ def test_without_places_columns_with_a_goal_are_sorted_by_the_factor_that_is_mis
     assert ranked < near < half == twice < none == float("inf")
 
 
-# ---------------------------------------------------------------------------------------------- script
 ROWS = """
 const cell = (tag, sort) => ({ tagName: tag, dataset: sort === null ? {} : { sort } });
 function makeTable(keys) {

@@ -46,7 +46,6 @@ def as_if_running(place: ResultPaths, cases: list[str]) -> None:
         file.write('{"case": "toy_mo')
 
 
-# ----------------------------------------------------------------------------- the list of cases
 def test_a_shelf_has_the_cases_of_finished_results(tmp_path):
     ran(tmp_path, "copy", "raise")
     case_list = CaseList([tmp_path])
@@ -91,7 +90,6 @@ def test_new_cases_of_a_running_run_appear(tmp_path):
     assert begun.scene(CASE).figures[2].message == "no"
 
 
-# ----------------------------------------------------------------------------------------- triangles
 def test_tubes_go_around_their_bones_and_face_outwards():
     ends = np.array(
         [[[0.0, 0, 0], [0, 2.0, 0]], [[1.0, 1, 1], [1.0, 1, 1]], [[3.0, 0, 0], [4.0, 1.0, -1.0]]]
@@ -133,7 +131,6 @@ def test_figures_side_by_side_do_not_meet():
     assert np.abs(shifts[:, 1:]).max() < 1e-9  # they face +Z: their left is +X
 
 
-# ----------------------------------------------------------------------------------------- the page
 @needs_viser
 def test_the_window_shows_what_was_chosen(tmp_path):
     ran(tmp_path, "copy", "raise", "positions")

@@ -28,13 +28,8 @@ def test_a_case_has_source_reference_and_methods_in_their_order(tmp_path):
     assert [figure.part for figure in scene.figures] == ["source", "reference", *["prediction"] * 3]
     labels = [figure.label for figure in scene.figures[2:]]
     assert labels == ["toy_method[does=positions]", "toy_method", "toy_method[does=peek]"]
-    assert (scene.case, scene.split, scene.kind, scene.frames, scene.fps) == (
-        CASE,
-        "intra",
-        "nodding",
-        12,
-        30,
-    )
+    assert (scene.case, scene.split, scene.kind) == (CASE, "intra", "nodding")
+    assert (scene.frames, scene.fps) == (12, 30)
     source, reference, positions, copied, peeked = scene.figures
     assert (source.character.name, copied.character.name) == ("small", "tall")
     assert positions.motion is None  # it said where joints are, not how they are turned
@@ -118,7 +113,6 @@ def test_asked_now_is_what_is_stored(tmp_path):
     assert [figure.label for figure in computed.figures] == [figure.label for figure in stored.figures]
 
 
-# ----------------------------------------------------------------------------------------- files
 def test_files_are_brought_to_the_first_rate_and_the_shortest_length(tmp_path):
     slow = bvh_file(tmp_path / "slow.bvh", frames=30, fps=30)
     quick = bvh_file(tmp_path / "quick.bvh", frames=40, fps=60)
