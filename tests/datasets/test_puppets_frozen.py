@@ -22,7 +22,7 @@ from retarget_bench.datasets.puppets.contract import Part
 from retarget_bench.datasets.puppets.corpus import freezing
 from retarget_bench.datasets.puppets.corpus.generated import Generated
 from retarget_bench.datasets.puppets.frozen import FOLDER, Frozen
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import FileError
 from retarget_bench.motion import bvh
 from retarget_bench.motion.motion import Motion
 
@@ -174,23 +174,6 @@ def test_equal_arrays_give_equal_bytes_and_come_back(tmp_path: Path) -> None:
     with np.load(tmp_path / "first" / "x.npz") as plain:  # whoever has no more than NumPy
         first = np.moveaxis(plain["single"], 0, -1).copy().view("<f4")[..., 0]
         np.testing.assert_array_equal(first, arrays["single"])
-
-
-def test_what_is_not_listed_is_refused_in_words() -> None:
-    data = Puppets()
-    walk = next(info for info in data.cases("retarget", "self") if info.kind == "walk")
-    absent = next(name for name in data.characters() if name not in data.performers()[walk.clip])
-    info = CaseInfo(f"puppets/{absent}>{absent}/{walk.clip}", "retarget", "self", absent, absent, walk.clip)
-    with pytest.raises(BenchError, match=rf"size=tiny,part=test\] has no case puppets/{absent}"):
-        data.load(info)
-
-
-def test_motions_of_no_case_are_generated() -> None:
-    data = Puppets()
-    absent = next(name for name in data.characters() if name not in data.performers()["walk-001"])
-    motion = data.motion("walk-001", absent)
-    assert motion.character.name == absent
-    assert motion.frames == data.motion("walk-001", data.performers()["walk-001"][0]).frames
 
 
 def forget() -> None:

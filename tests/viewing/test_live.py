@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from small_runs import CASE, HERE, OTHER, bvh_file, ran
-from viewing_toys.toy_moves import DOG, body, moving
+from viewing_toys.toy_moves import body, moving
 
 from retarget_bench import cli
 from retarget_bench.errors import BenchError
@@ -25,7 +25,7 @@ from retarget_bench.results import journal, store
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import live
 from retarget_bench.viewer.bodies import Solid
-from retarget_bench.viewer.models import AROUND, PROFILE, Model, tube_faces, tubes
+from retarget_bench.viewer.models import AROUND, PROFILE, tube_faces, tubes
 from retarget_bench.viewer.scene import figure_of
 from retarget_bench.viewer.scene_builder import CaseList
 
@@ -110,17 +110,6 @@ def test_tubes_go_around_their_bones_and_face_outwards():
         expected = octagon * (length * (a * a + a * b + b * b) / 3 + cap * (a**3 + b**3))
         assert volume == pytest.approx(expected, rel=1e-4)
     assert tube_faces(3).max() == 3 * AROUND * len(PROFILE) - 1
-
-
-def test_a_model_moves_with_its_figure():
-    figure = figure_of("dog", "motion", moving(body("rex", DOG), 8))
-    model = Model(Solid(figure, (10, 60, 120)))
-    assert len(model.parts) == 3  # the middle, the left, the right
-    for frame in (0, 7):
-        for part, points in zip(model.parts, model.vertices(frame), strict=True):
-            assert part.faces.max() == len(points) - 1
-    moved = model.vertices(7)[0].mean(axis=0) - model.vertices(0)[0].mean(axis=0)
-    assert moved[2] == pytest.approx(7 / 30, abs=0.05)
 
 
 def test_figures_side_by_side_do_not_meet():
