@@ -189,9 +189,3 @@ def test_headings_sort_best_first_then_worst_then_as_it_was():
         ["edcba", "descending", None],
         ["bdace", None, None],
     ]
-
-
-def test_without_a_script_the_page_holds_the_whole_table():
-    source = re.sub(r"<script>.*?</script>", "", html([make_table()]), flags=re.DOTALL)
-    assert "<button" not in source  # made by the script alone
-    assert Page(source).text.count("3.32 *") == 2
