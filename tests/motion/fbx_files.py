@@ -391,13 +391,12 @@ def person(
     fps: float = 30.0,
     size: float = 100.0,
     above: tuple[Joint, ...] = (),
-    order: int | None = None,
     turned: bool = True,
     skin: bool = True,
 ) -> Made:
     """A person with a skin who moves as chance has it in the take ``act``.
 
-    size: units of the file in a metre. above: nodes above the hips. order: of rotations; None: any.
+    size: units of the file in a metre. above: nodes above the hips.
     turned: joints have pre-rotations, and angles at rest that are no rest.
     """
     joints = list(above)
@@ -412,7 +411,7 @@ def person(
                 first + parent if parent >= 0 else first - 1,
                 away * size,
                 random.uniform(-20, 20, 3) if turned else np.zeros(3),
-                order=int(random.integers(0, 6)) if order is None else order,
+                order=int(random.integers(0, 6)),
                 pre=pre,
                 inherit=1,
             )

@@ -194,7 +194,6 @@ def person(
     above: tuple[dict[str, Any], ...] = ({},),
     turned: bool = True,
     skin: bool = True,
-    how: str = "LINEAR",
 ) -> Made:
     """A person with a skin, who moves as chance has it in the animation ``act``.
 
@@ -237,7 +236,7 @@ def person(
     steps = np.cumsum(random.normal(scale=0.01 * np.abs(place).max(), size=(frames, 3)), axis=0)
     tracks[first, "translation"] = times, asset.array(place + steps)
     if frames:
-        asset.animate("act", tracks, how)
+        asset.animate("act", tracks)
     if skin:
         dress(asset, random, first)
     return asset

@@ -1,4 +1,4 @@
-"""Roles of small trees: spellings, overrides, explanations, groups, and bodies on four legs."""
+"""Roles of small trees: what the tree says, overrides, explanations."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from retarget_bench.errors import FileError, SkeletonError
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.role_finding import find
-from retarget_bench.motion.roles import body_part, chain, explain, is_body, is_finger
+from retarget_bench.motion.roles import explain
 from retarget_bench.motion.skeleton import Skeleton
 
 
@@ -54,22 +54,6 @@ Hips
     assert roles["LeftArm"] == "left_arm"
     assert "LeftHand" not in roles
     assert "Left_Collar" not in roles
-
-
-def test_hips_are_what_carries_legs_and_spine_whatever_it_is_called():
-    roles = roles_of("""
-Armature
-  Centre
-    Hips
-      LeftUpLeg
-        LeftLeg
-      RightUpLeg
-        RightLeg
-    Spine
-      Head
-""")
-    assert roles["Centre"] == "hips"
-    assert "Hips" not in roles
 
 
 def test_overrides_win_and_move_the_rest():
@@ -145,22 +129,3 @@ Reference
     assert reasons["HairA"] == reasons["Curl"] == "extra"
     assert reasons["Gizmo"] == "not understood"
     assert reasons["LeftLeg"] == "left_leg"
-
-
-def test_groups_of_roles():
-    assert is_body("left_toe_end")
-    assert is_body("tail_1")
-    assert not is_body("left_thumb_1")
-    assert not is_body(None)
-    assert is_finger("right_pinky_4")
-    assert not is_finger("right_hand")
-    assert [body_part(r) for r in ("hips", "spine_3", "neck_1", "head_top", "tail_2", "left_index_1")] == [
-        "trunk",
-        "trunk",
-        "head",
-        "head",
-        "tail",
-        "left_arm",
-    ]
-    assert chain(("hips", "neck_2", "neck_1", None), "neck") == [2, 1]
-    assert chain(("neck",), "neck") == [0]
