@@ -216,7 +216,6 @@ def test_header_longer_than_one_piece(tmp_path: Path) -> None:
     assert len(header.hierarchy) == 9002
 
 
-# ------------------------------------------------------------------------------------ where the root is
 def legged(frames: list[str], *, hips: str, order: str = f"6 {POSITION} {spell('ZXY')}") -> str:
     """Hips with a leg of 90 units straight below and a spine of 50 above."""
     text = two_bones(order, frames="\n".join(frames), count=f"Frames: {len(frames)}", offset=hips)
@@ -256,7 +255,6 @@ def test_the_option_overrides_auto(tmp_path: Path) -> None:
         bvh.read(path, root="both")
 
 
-# ------------------------------------------------------------------- position channels below the root
 def dummy(frames: list[str], child: str = f"6 {POSITION} {spell('ZXY')}") -> str:
     return two_bones(
         child=child,

@@ -31,7 +31,6 @@ def places(recording) -> np.ndarray:
     return kinematics.forward(recording.skeleton, recording.rotations, recording.root)[0]
 
 
-# -------------------------------------------------------------------------------------------- archives
 @pytest.mark.parametrize("family", COMPLETE, ids=lambda each: each.word)
 def test_joints_and_skin_are_where_the_body_model_puts_them(tmp_path, random, family):
     content, body = parameters(random, family), model(random, family, vertices=60 + 2 * len(family))
@@ -175,7 +174,6 @@ def test_the_rate_is_the_file_s_unless_it_is_told(tmp_path, random):
     assert importer.load(broken, Reading(rate=30)).motion.fps == 30.0
 
 
-# ----------------------------------------------------------------------------------------- body models
 @pytest.mark.parametrize(
     ("name", "family"),
     [
@@ -250,7 +248,6 @@ def test_a_body_model_of_another_family_or_for_another_format_is_refused(tmp_pat
         files.read(tmp_path / "a.npz", Reading(body_model=str(tmp_path / "m.txt")))
 
 
-# ---------------------------------------------------------------------------------------- joint arrays
 @pytest.fixture(scope="module")
 def joints() -> np.ndarray:
     """``(200, 22, 3)`` of the average body, Y up."""
