@@ -16,13 +16,11 @@ from retarget_bench.api import SPLITS, Context
 from retarget_bench.datasets.cmu import PLACE, Cmu
 from retarget_bench.datasets.cmu.onto import BODIES, METHOD, fault
 from retarget_bench.datasets.cmu.takes import TESTED, TESTED_TAKES, VALIDATION, part_of, performer
-from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.corpus.families import VALIDATION_BODIES, families, only_tested
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.motion import rotation
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training.joint_datasets import JointDataset
 from retarget_bench.verification import contract
 from tests.datasets.conftest import plain_rig, skeleton, write_clip
 
@@ -50,7 +48,6 @@ def clips(data: Cmu) -> set[str]:
     return {name for cast in data.training().values() for each in cast.values() for name in each.names}
 
 
-# ------------------------------------------------------------------------------------------ the parts
 def test_parts_go_by_the_skeleton() -> None:
     assert (
         part_of("05_01")
@@ -76,7 +73,6 @@ def test_all_takes_of_a_skeleton_are_in_one_part(subject: int, take: int, piece:
     assert parts <= {part_of(f"{subject:02d}_77")}
 
 
-# ------------------------------------------------------------------------------------------ the data set
 def test_what_is_trained_on_is_neither_tested_nor_validates(folder: Callable[..., Path]) -> None:
     data = Cmu(str(folder()))
     validation = data.validation()
@@ -138,20 +134,10 @@ def test_places_that_hold_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         Cmu(str(tmp_path)).training()
 
 
-def test_it_trains_beside_the_puppets(folder: Callable[..., Path]) -> None:
-    both = JointDataset([Puppets(), Cmu(str(folder()))])
-    assert {name for cast in both.training().values() for name in cast} >= {"ada", "cmu05"}
-    validation = both.validation()
-    assert validation is not None
-    names = {info.source for info in validation.cases("retarget", "self")}
-    assert names >= {"dora", "cmu17"}
-
-
 def test_it_keeps_the_contract(folder: Callable[..., Path]) -> None:
     contract.assert_contract("datasets", Spec("cmu", {"root": str(folder())}))
 
 
-# ------------------------------------------------------------------------------------------ the real takes
 def test_the_real_folder(real_data: Path, cache: Path) -> None:
     """An hour of 20 skeletons to train on, seven minutes of four to validate; figures read rightly."""
     assert cache
@@ -172,7 +158,6 @@ def test_the_real_folder(real_data: Path, cache: Path) -> None:
     assert not {name for motions in cast.values() for name in motions.names} & cases
 
 
-# ------------------------------------------------------------------------------------------ on other bodies
 @pytest.fixture
 def onto(folder: Callable[..., Path]) -> Cmu:
     return Cmu(str(folder(("05_01", "05_02", "08_01", "17_01"), frames=300)), bodies=12)

@@ -139,19 +139,6 @@ def test_clips_of_one_name_and_length_are_pairs(mini, rigs):
     assert all(unpaired.load(info).reference is None for info in unpaired.cases("retarget", "intra"))
 
 
-def test_the_motion_is_that_of_the_file_in_metres(mini):
-    from retarget_bench.motion import bvh
-
-    root = mini({"Aj": ["Walk"]})
-    recording = bvh.read(root / "Aj" / "Walk.bvh", root="absolute", scale=0.01)
-    motion = Folder(str(root), fps=0.0).motion("Aj", "Walk")
-    np.testing.assert_allclose(motion.root, recording.root, atol=1e-9)
-    assert motion.fps == 60.0
-    half = Folder(str(root)).motion("Aj", "Walk")
-    assert half.fps == 30.0
-    np.testing.assert_allclose(half.root, recording.root[::2], atol=1e-9)
-
-
 def test_a_target_file_outside_is_the_only_target(loose, rigs, tmp_path):
     rigs.plain(tmp_path / "elsewhere" / "hero.bvh", size=0.7)
     dataset = Folder(str(loose), target=str(tmp_path / "elsewhere" / "hero.bvh"))
@@ -173,19 +160,6 @@ def test_a_target_folder_gives_references_by_name(mini, tmp_path):
 def test_a_target_among_the_sources_is_that_body(loose):
     dataset = Folder(str(loose), target=str(loose / "xbot.bvh"))
     assert {info.pair for info in every_case(dataset)} == {"walk>xbot", "xbot>xbot"}
-
-
-def test_one_file_is_a_folder_of_one(loose):
-    dataset = Folder(str(loose / "walk.bvh"), target=str(loose / "xbot.bvh"))
-    assert [info.id for info in every_case(dataset)] == ["folder/walk>xbot/walk"]
-    assert dataset.load(every_case(dataset)[0]).target.name == "xbot"
-
-
-def test_broken_files_are_named_and_left_out(loose):
-    (loose / "bad.bvh").write_text("HIERARCHY\n")
-    dataset = Folder(str(loose))
-    assert set(dataset.characters()) == {"walk", "xbot"}
-    assert any(note.startswith("1 of 4 files cannot be read: bad.bvh (") for note in dataset.notes)
 
 
 def test_files_that_cannot_be_read_are_told_by_the_table_and_the_results(mini, rigs, tmp_path):
@@ -246,18 +220,6 @@ def test_files_without_a_rate_are_read_at_the_one_that_is_said(loose):
     assert data.unreadable is None
     (info,) = (each for each in data.cases("retarget", "self") if each.clip == "walk")
     assert data.load(info).source.fps == 30.0
-
-
-def test_the_title_of_the_present_folder_is_its_name(loose, monkeypatch):
-    monkeypatch.chdir(loose)
-    assert Folder(".").label == Folder(str(loose)).label == f"folder {loose.name}"
-
-
-def test_clips_whose_names_have_commas_are_chosen(loose, rigs):
-    rigs.a(loose / "step, turn.bvh")
-    infos = every_case(Folder(str(loose)))
-    for text, names in (("Step, turn", {"step, turn"}), ("walk, wave", {"walk", "wave"})):
-        assert {info.clip for info in clips.chosen(infos, [text], 0)} == names
 
 
 def test_glb_files_stand_beside_bvh_files_and_every_take_is_a_clip(loose):

@@ -69,7 +69,6 @@ def archives(tmp_path: Path, cache: Path, bodies: dict[str, Character]) -> Calla
     return write
 
 
-# -------------------------------------------------------------------------------------------------- split
 @given(number=st.integers(1, 9), subject=st.integers(1, 5), what=st.sampled_from(["walk", "run", "fight"]))
 def test_a_take_of_people_is_in_one_part_with_all_of_its_recording(
     number: int, subject: int, what: str
@@ -112,6 +111,8 @@ def test_parts_share_no_take(archives: Callable[..., Path]) -> None:
     assert sum(map(len, takes)) == len(set().union(*takes)) == len(PEOPLE) + len(DOGS)
     manifest = data.training_manifest()
     assert set(manifest["clips"]) == steering | trained
+    with pytest.raises(BenchError, match="has no case"):
+        data.load(data.validation().cases("retarget", "cross")[0])
     assert manifest["structures"] == [body.structure for body in data.characters().values()]
 
 
@@ -128,7 +129,6 @@ def test_with_all_of_the_papers_takes_its_rule_applies_and_the_label_says_so(
     assert LafanDog(root, protocol="own").content != data.content
 
 
-# -------------------------------------------------------------------------------------------------- cases
 def test_no_case_between_the_species_has_a_reference(archives: Callable[..., Path]) -> None:
     data = LafanDog(str(archives()))
     assert data.label == "lafan_dog (own split)"
@@ -187,7 +187,6 @@ def test_results_are_known_by_what_the_files_hold(archives: Callable[..., Path])
     assert len({first.content, LafanDog(first._root, seconds=5).content, first.validation().content}) == 3
 
 
-# ------------------------------------------------------------------------------------------ hostile folders
 def listed(data: LafanDog) -> None:
     data.cases("retarget", "cross")
 
@@ -252,14 +251,6 @@ def test_takes_of_less_than_a_second_are_left_out_and_told(
         listed(LafanDog(str(root)))
 
 
-def test_a_part_without_a_take_of_a_species_says_so(archives: Callable[..., Path]) -> None:
-    tested = [name for name in PEOPLE if part_of("person", name) == "test"]
-    trained = tuple(name for name in PEOPLE if name not in tested)
-    assert trained
-    assert tested
-    assert LafanDog(str(archives(people=trained))).notes[0].startswith("person: none; dog: D1_")
-
-
 def test_a_folder_of_the_other_species_is_told(archives: Callable[..., Path]) -> None:
     root = archives()
     for number, path in enumerate(sorted((root / "dog").glob("*.bvh"))):
@@ -272,14 +263,6 @@ def test_a_folder_of_the_other_species_is_told(archives: Callable[..., Path]) ->
         listed(LafanDog(str(root)))
 
 
-def test_a_case_of_another_part_is_refused(archives: Callable[..., Path]) -> None:
-    data = LafanDog(str(archives()))
-    (info, *_) = data.validation().cases("retarget", "cross")
-    with pytest.raises(BenchError, match="has no case"):
-        data.load(info)
-
-
-# ---------------------------------------------------------------------------------------------- real takes
 @pytest.fixture(scope="module")
 def real(real_data: Path) -> LafanDog:
     if not (real_data / "lafan1").is_dir() or not (real_data / "dog").is_dir():
@@ -290,15 +273,3 @@ def real(real_data: Path) -> LafanDog:
 def test_real_takes_keep_the_contract(real: LafanDog, real_data: Path) -> None:
     assert real.cases("retarget", "cross")
     contract.assert_contract("datasets", Spec("lafan_dog", {"root": str(real_data)}))
-
-
-def test_real_takes_have_every_role_and_the_bones_that_turn(real: LafanDog) -> None:
-    cast = real.characters()
-    assert [cast[name].structure for name in ("person", "dog")] == ["lafan22", "mann21"]
-    assert all(role is not None for body in cast.values() for role in body.roles)
-    assert cast["dog"].four_legged
-    assert not cast["person"].four_legged
-    assert 1.6 < cast["person"].height < 2.0
-    assert 0.4 < cast["dog"].measures.hip_height < 0.5
-    lengths = cast["dog"].skeleton.bone_lengths
-    assert [cast["dog"].skeleton.names[at] for at in np.flatnonzero(lengths == 0) if at] == ["Spine"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -91,32 +90,6 @@ def test_motions_are_metres_and_keep_the_places_of_the_kept_joints(mini):
         np.testing.assert_allclose(motion.positions, native.positions[:, joints], atol=1e-9)
 
 
-def test_sizes_are_those_of_the_native_body_whatever_is_kept(mini):
-    root = str(mini(A_B))
-    sizes = [
-        Mixamo(root, structure=structure).characters()["Mousey_m"].measures
-        for structure in ("full", "native", "body22")
-    ]
-    assert all(one == two for one, two in pairwise(sizes))
-
-
-def test_a_case_has_source_target_and_reference_of_one_length(mini):
-    dataset = Mixamo(str(mini(A_B, frames=30)))
-    for info in every_case(dataset):
-        case = dataset.load(info)
-        assert case.source.character.name == info.source
-        assert case.target.name == info.target
-        assert case.reference.character is case.target
-        assert case.source.frames == case.reference.frames == info.frames == 15
-        assert (case.source is case.reference) == (info.split == "self")
-
-
-def test_bodies_are_shared_between_clips(mini):
-    dataset = Mixamo(str(mini(A_B)))
-    bodies = {dataset.load(info).target for info in every_case(dataset) if info.target == "Aj"}
-    assert bodies == {dataset.characters()["Aj"]}
-
-
 def test_memory_for_motions_is_bounded(mini, monkeypatch):
     from retarget_bench.datasets.mixamo import motions
 
@@ -198,13 +171,6 @@ def test_wrong_roots_say_what_to_give(mini, tmp_path):
     }.items():
         with pytest.raises(BenchError, match=message):
             Mixamo(path).cases("retarget", "self")
-
-
-def test_a_parent_that_holds_other_data_too_is_recognised(mini, tmp_path):
-    root = mini(A_B, folder="here/mini")
-    mini({"Goblin_m": ["Jump", "Kick"]}, folder="here")
-    with pytest.raises(BenchError, match=f"--root {root}"):
-        Mixamo(str(root.parent)).cases("retarget", "self")
 
 
 def test_the_folders_of_the_archive_that_are_no_characters_do_not_count(mini):

@@ -59,7 +59,6 @@ def test_wrong_requests_are_refused_in_words() -> None:
         data.load(CaseInfo("puppets/a>b/c", "retarget", "cross", info.source, info.target, "jump-01"))
 
 
-# ----------------------------------------------------------------------------------- labels and answers
 def test_feet_are_planted_pivoting_or_free() -> None:
     """Whatever pivots does so about a point of its foot that stays where it is."""
     data, count = Puppets(), 0
@@ -129,31 +128,6 @@ def test_the_second_answer_is_another_one_with_the_same_contacts() -> None:
         if (case.contacts.roles) == CONTACT_ROLES:
             feet = apart[:, case.target.joints([r for r in CONTACT_ROLES if r in case.target.joint_of])]
             assert np.abs(feet * case.contacts.planted[:, : feet.shape[1], None]).max() < 2e-6, info.id
-
-
-# ------------------------------------------------------------------------------------ the same motion
-def test_random_bits_are_those_of_philox() -> None:
-    """First output of Philox-4x64-10 for key and counter 0 .. as published with the Random123 library."""
-    stream = Stream("a name")
-    again, other = Stream("a name"), Stream("another name")
-    values = [stream.uniform(0.0, 1.0) for _ in range(200)]
-    assert values == [again.uniform(0.0, 1.0) for _ in range(200)]
-    assert values[0] != other.uniform(0.0, 1.0)
-    # Salmon et al., Random123 known-answer file, philox4x64 10 rounds, all zeros; NumPy counts before use
-    bits = np.random.Philox(key=0, counter=[2**64 - 1] * 4).random_raw(4)
-    expected = [0x16554D9ECA36314C, 0xDB20FE9D672D0FDC, 0xD7E772CEE186176B, 0x7E68B68AEC7BA23B]
-    assert [int(each) for each in bits] == expected
-
-
-def test_random_numbers_have_their_distributions() -> None:
-    stream = Stream("distribution")
-    units = np.array([stream.uniform(2.0, 4.0) for _ in range(4000)])
-    normal = np.array([stream.normal(3.0) for _ in range(4000)])
-    assert abs(units.mean() - 3.0) < 0.05
-    assert abs(units.std() - 2.0 / 12**0.5) < 0.03
-    assert abs(normal.mean()) < 0.2
-    assert abs(normal.std() - 3.0) < 0.25
-    assert Counter(stream.choice("abc") for _ in range(3000)).most_common()[-1][1] > 850
 
 
 def test_no_last_digit_grows(monkeypatch: pytest.MonkeyPatch) -> None:

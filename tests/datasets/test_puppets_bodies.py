@@ -20,13 +20,7 @@ from retarget_bench.datasets.puppets.bodies.proportions import (
     human,
 )
 from retarget_bench.datasets.puppets.bodies.structures import BODY22, H36M17, STRUCTURES, Body, Structure
-from retarget_bench.datasets.puppets.performances.people import KINDS
-from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
-from retarget_bench.datasets.puppets.solver.solve import solve
-from retarget_bench.motion import rotation
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.reference_pose import reference_pose
 from retarget_bench.motion.role_finding import find
 from retarget_bench.motion.roles import ESSENTIAL, in_order, is_quadruped
 from retarget_bench.motion.structures import S23, S28, reduce
@@ -34,7 +28,6 @@ from retarget_bench.motion.structures import S23, S28, reduce
 everybody = pytest.mark.parametrize("body", BODIES.values(), ids=lambda body: body.name)
 
 
-# --------------------------------------------------------------------------------------- proportions
 def test_mean_people_are_the_published_ones() -> None:
     """Arms: de Leva (1996), table 4, millimetres at statures of 1.735 m (women) and 1.741 m (men). Legs:
     heights of trochanterion and lateral femoral epicondyle in ANSUR II, shares of stature."""
@@ -98,7 +91,6 @@ def test_masses_add_up_and_balance_on_the_middle() -> None:
     np.testing.assert_allclose(moved - centre, [1.0, 2.0, 3.0])
 
 
-# ---------------------------------------------------------------------------------------------- cast
 def test_the_cast_is_large_enough_and_part_of_it_held_out() -> None:
     count = Counter(body.structure.name for body in BODIES.values())
     for structure, least in {"body22": 12, "body28": 12, "body23": 6, "h36m17": 6}.items():
@@ -124,7 +116,6 @@ def test_the_page_about_the_bodies_says_who_there_is() -> None:
         assert (held == "yes") == body.held_out
 
 
-# ---------------------------------------------------------------------------------------------- rigs
 @everybody
 def test_roles_are_whole_and_as_the_names_say(body: Body) -> None:
     who = rigs.character(body)
@@ -147,65 +138,6 @@ def test_the_reference_pose_is_the_t_pose(body: Body) -> None:
         np.testing.assert_allclose(still.positions[0, joint], places[part], atol=1e-9)
 
 
-@everybody
-def test_the_engine_finds_the_same_reference_pose(body: Body) -> None:
-    """Told from the rest pose alone; where bones lie along one axis it cannot be."""
-    who = rigs.character(body)
-    if body.rest == "along_x":
-        return
-    guessed = Character.of(body.name, who.skeleton, structure=who.structure, roles=who.roles)
-    np.testing.assert_allclose(reference_pose(who.skeleton, who.roles), guessed.reference_pose)
-    limbs = [
-        joint
-        for role, joint in who.joint_of.items()
-        if role.endswith(("arm", "hand", "leg", "hips")) or role.startswith("spine")
-    ]
-    apart = rotation.angle(guessed.reference_globals, who.reference_globals)[limbs]
-    assert np.degrees(apart).max() < 1.0
-    assert abs(guessed.height - who.height) < 1e-9
-    assert abs(guessed.measures.hip_height - who.measures.hip_height) < 0.01 * who.height
-
-
-@everybody
-def test_measures_are_those_of_the_proportions(body: Body) -> None:
-    p, sizes = body.proportions, rigs.character(body).measures
-    assert abs(sizes.leg_length - p.thigh - p.shank) < 1e-9
-    assert abs(sizes.arm_length - p.upper_arm - p.forearm) < 1e-9
-    assert abs(sizes.hip_width - 2 * p.hip_half) < 1e-9
-    assert abs(sizes.root_offset - p.leg - p.pelvis) < 1e-9
-    assert abs(sizes.hip_height - p.leg - p.pelvis) < 0.03 * crown(p)
-    assert 0.9 * crown(p) < sizes.h4 < 1.02 * crown(p)
-
-
-@pytest.mark.parametrize("name", [body.name for body in BODIES.values() if body.rest == "along_x"])
-def test_the_engine_finds_limbs_along_one_axis_from_a_sample(name: str) -> None:
-    """Of bones along X the rest pose tells nothing; a few seconds of motion do. The slope of the spine is
-    each rig's own affair."""
-    body = BODIES[name]
-    who = rigs.character(body)
-    solutions = [
-        solve(KINDS[kind](Stream("sample", kind), 150), body) for kind in ("walk", "wave", "squat")
-    ]
-    sample = np.concatenate([rigs.rotations(each.orientations, body, who) for each in solutions])
-    character = Character.of(name, who.skeleton, roles=who.roles, sample=sample)
-    apart = np.degrees(rotation.angle(character.reference_globals, who.reference_globals))
-    limbs = [
-        j for role, j in who.joint_of.items() if not role.startswith(("spine", "neck", "head", "hips"))
-    ]
-    assert apart[limbs].max() < 3.0
-    assert apart.max() < 20.0
-    assert abs(character.measures.hip_height - who.measures.hip_height) < 0.005
-
-
-def test_joints_that_never_turn_have_no_rotation() -> None:
-    for name in ("clara", "leo", "quinn", "rosa"):
-        body = BODIES[name]
-        who = rigs.character(body)
-        local = rigs.rotations(solve(KINDS["squat"](Stream("still"), 60), body).orientations, body, who)
-        silent = [body.part[part] for part in body.structure.silent]
-        np.testing.assert_allclose(np.abs(local[:, silent, 0]), 1.0, atol=1e-9)
-
-
 def test_structures_are_those_of_the_papers() -> None:
     """Names and parents that the engine's own reductions ask for; nothing is left out by them."""
     for name, structure, expected in (("quinn", "S23", S23), ("clara", "S28", S28)):
@@ -216,8 +148,3 @@ def test_structures_are_those_of_the_papers() -> None:
     pelvis = rigs.character(BODIES["quinn"]).skeleton
     assert pelvis.parents[pelvis.index("LeftUpLeg")] == pelvis.index("Pelvis")
     assert pelvis.names[0] == "Hips"
-
-
-def test_contacts_are_of_joints_that_there_are() -> None:
-    assert BODIES["hugo"].structure.labelled == ("left_foot", "right_foot")
-    assert len(BODIES["ada"].structure.labelled) == 4

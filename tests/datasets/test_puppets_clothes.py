@@ -72,24 +72,6 @@ def test_cloth_is_as_loose_as_the_joints_under_it_allow(both: Both) -> None:
         assert off[thigh].mean() > 1e-2
 
 
-def test_noise_is_smooth_bounded_and_everybodys_own() -> None:
-    ada, boris = BODIES["ada"], BODIES["boris"]
-    points = np.random.default_rng(0).uniform(-1.0, 1.0, (4000, 3))
-    noise = clothes.noise(ada, points)
-    assert np.abs(noise).max() <= 1.0
-    assert noise.std() > 0.1
-    # the shortest wave is two girths long: no slope is steeper than pi / girth
-    near = clothes.noise(ada, points + np.array([1e-4, 0.0, 0.0]))
-    assert np.abs(near - noise).max() <= 1e-4 * np.pi / ada.proportions.girth
-    assert np.abs(clothes.noise(boris, points) - noise).max() > 0.5
-
-
-def test_normals_of_a_ball_point_outward() -> None:
-    points = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
-    faces = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]
-    np.testing.assert_allclose(clothes.normals(points, np.array(faces)), points, atol=1e-12)
-
-
 def test_the_data_set_differs_in_skin_and_name_alone() -> None:
     bare, clothed = Puppets(), Puppets(flesh="clothed")
     (info, *_) = bare.cases("retarget", "intra")

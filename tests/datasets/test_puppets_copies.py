@@ -77,22 +77,6 @@ def alike(pairs: Iterable[tuple[Clip, Clip]]) -> Iterator[tuple[Clip, Clip]]:
     return ((a, b) for a, b in pairs if a.kind == b.kind)
 
 
-def test_the_distance_is_a_distance_of_time_shifted_clips() -> None:
-    rng = np.random.default_rng(0)
-    a = rng.normal(size=(40, 6))
-    for start, end in ((0, 40), (0, 30), (13, 40), (5, 33)):
-        assert distance(a, a[start:end]) == pytest.approx(0.0, abs=1e-6)
-        assert distance(a[start:end], a) == pytest.approx(0.0, abs=1e-6)
-    b = rng.normal(size=(25, 6))
-    by_hand = []
-    for shift in range(-40, 41):
-        rows = [(i, i + shift) for i in range(40) if 0 <= i + shift < 25]
-        if len(rows) >= 16:
-            gaps = [((a[i] - b[j]).reshape(2, 3) ** 2).sum(-1).mean() for i, j in rows]
-            by_hand.append(np.sqrt(np.mean(gaps)))
-    assert distance(a, b) == pytest.approx(min(by_hand))
-
-
 def test_no_two_test_clips_are_near_copies() -> None:
     for size in ("tiny", "default"):
         least, first, second = nearest(of_one_family(combinations(clips(size, 0), 2)))

@@ -20,7 +20,6 @@ from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.files.reading import Reading
 
 
-# --------------------------------------------------------------------------------------------- cache
 def generated() -> Puppets:
     """A corpus that is solved on demand and kept in the cache, as tiny is not."""
     return Puppets(size="default")
@@ -99,7 +98,6 @@ def test_building_the_data_set_reads_and_makes_nothing(cache: Path, size: str) -
     assert cached(cache) == []
 
 
-# -------------------------------------------------------------------------------------------- export
 class Few(Puppets):
     """The corpus with a few cases and training clips."""
 

@@ -22,7 +22,7 @@ from retarget_bench.datasets.puppets.contract import Part
 from retarget_bench.datasets.puppets.corpus import freezing
 from retarget_bench.datasets.puppets.corpus.generated import Generated
 from retarget_bench.datasets.puppets.frozen import FOLDER, Frozen
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import FileError
 from retarget_bench.motion import bvh
 from retarget_bench.motion.motion import Motion
 
@@ -33,7 +33,6 @@ READERS = {"archives", "cones", "contract", "dataset", "frozen"}
 """Modules of the puppets that are no part of the generator."""
 
 
-# ------------------------------------------------------------------------------------ the same corpus
 def assert_same_motion(one: Motion | None, other: Motion | None, what: str) -> None:
     assert one is not None
     assert other is not None
@@ -177,25 +176,6 @@ def test_equal_arrays_give_equal_bytes_and_come_back(tmp_path: Path) -> None:
         np.testing.assert_array_equal(first, arrays["single"])
 
 
-# ---------------------------------------------------------------------------------------- requests
-def test_what_is_not_listed_is_refused_in_words() -> None:
-    data = Puppets()
-    walk = next(info for info in data.cases("retarget", "self") if info.kind == "walk")
-    absent = next(name for name in data.characters() if name not in data.performers()[walk.clip])
-    info = CaseInfo(f"puppets/{absent}>{absent}/{walk.clip}", "retarget", "self", absent, absent, walk.clip)
-    with pytest.raises(BenchError, match=rf"size=tiny,part=test\] has no case puppets/{absent}"):
-        data.load(info)
-
-
-def test_motions_of_no_case_are_generated() -> None:
-    data = Puppets()
-    absent = next(name for name in data.characters() if name not in data.performers()["walk-001"])
-    motion = data.motion("walk-001", absent)
-    assert motion.character.name == absent
-    assert motion.frames == data.motion("walk-001", data.performers()["walk-001"][0]).frames
-
-
-# -------------------------------------------------------------------------------------------- damage
 def forget() -> None:
     """What this process has read of the files."""
     for each in (frozen._index, frozen._archive, frozen._cast, frozen._take):
@@ -247,7 +227,6 @@ def test_a_checkout_may_change_line_ends(copied: Path) -> None:
     everything()
 
 
-# ------------------------------------------------------------------------------ without the generator
 def imported_by(folder: Path, *words: object) -> set[str]:
     """Modules of the puppets that a command imports, in whatever process."""
     environment = os.environ | {

@@ -10,27 +10,16 @@ import pytest
 from retarget_bench.datasets.puppets.bodies.characters import BODIES
 from retarget_bench.datasets.puppets.conventions import SIDES, sign
 from retarget_bench.datasets.puppets.matrices import to_vector
-from retarget_bench.datasets.puppets.performances.fading import bridged
 from retarget_bench.datasets.puppets.performances.people import (
-    KINDS,
     STRUNG,
     sequence,
 )
-from retarget_bench.datasets.puppets.performances.people.arms import Move, Shape, moving
-from retarget_bench.datasets.puppets.performances.people.sequencing import joined
-from retarget_bench.datasets.puppets.performances.people.style import Performer, Style
-from retarget_bench.datasets.puppets.performances.score import Score
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver.solve import solve
 from retarget_bench.datasets.puppets.solver.touch_points import KINDS as PLACES
 from retarget_bench.datasets.puppets.solver.touch_points import resting, touch_point, touching
 
 
-def drawn(kind: str, frames: int = 120, number: int = 0) -> Score:
-    return KINDS[kind](Stream("gestures", kind, number), frames)
-
-
-# ------------------------------------------------------------------------------------------- places
 @pytest.mark.parametrize("name", PLACES)
 @pytest.mark.parametrize("body", ["ada", "pip", "titan"])
 def test_places_are_mirrored_and_hands_rest_flat_on_them(name: str, body: str) -> None:
@@ -49,23 +38,6 @@ def test_places_are_mirrored_and_hands_rest_flat_on_them(name: str, body: str) -
         # the back of the hand looks out of the body, the fingers where they should
         np.testing.assert_allclose(turn[:, 1], left.normal, atol=1e-12)
         assert turn[:, 0] @ left.along * sign(side) > 0
-
-
-# ------------------------------------------------------------------------------------------ gestures
-
-
-def test_a_touching_hand_stays_while_the_shape_holds() -> None:
-    moves = [Move(5, 20, Shape((0.3, -0.7, 0.0), touch="left_hip")), Move(40, 60)]
-    hand = moving(Performer(Stream("hand"), 80, Style.draw(Stream("style"))), moves)
-    (touch,) = hand.touches
-    assert touch.place == "left_hip"
-    assert (touch.weight[20:41] == 1.0).all()
-    assert (touch.weight[:5] == 0.0).all()
-    assert (touch.weight[61:] == 0.0).all()
-    assert np.abs(np.diff(touch.weight, 2)).max() < 0.1
-
-
-# ----------------------------------------------------------------------------------------- sequences
 
 
 def test_a_minute_of_many_kinds_is_one_motion() -> None:
@@ -89,31 +61,3 @@ def test_a_minute_of_many_kinds_is_one_motion() -> None:
             np.linalg.norm(np.diff(places, 2, axis=0), axis=-1) * 900.0 / 9.81 / body.proportions.leg * 0.9
         )
         assert force.max() < 9.0
-
-
-def test_the_second_part_goes_on_from_where_the_first_ended() -> None:
-    """One foot stays to the last digit, the heading is the same, and the part is otherwise unchanged."""
-    first, second = drawn("wave"), drawn("kick_side")
-    for anchor in SIDES:
-        combined = joined(first, second, anchor)
-        assert (
-            len(combined.feet[anchor].contacts)
-            == len(first.feet[anchor].contacts) + len(second.feet[anchor].contacts) - 1
-        )
-        assert combined.heading[first.frames] == pytest.approx(first.heading[-1], abs=1e-9)
-        np.testing.assert_array_equal(combined.height[-second.frames :], second.height)
-        np.testing.assert_allclose(
-            np.diff(combined.heading[-second.frames :]), np.diff(second.heading), atol=1e-12
-        )
-
-
-def test_bridges_keep_value_and_speed() -> None:
-    t = np.arange(40.0)
-    a, b = 0.02 * t, 3.0 - 0.05 * t
-    combined = bridged(a, b, 30)
-    assert combined.shape == (110,)
-    np.testing.assert_array_equal(combined[:40], a)
-    np.testing.assert_array_equal(combined[-40:], b)
-    assert np.abs(np.diff(combined, 2)).max() < 0.03
-    still = bridged(np.ones(5), np.ones(7), 20, 0.0, 1.0)
-    assert (still == 1.0).all()

@@ -35,7 +35,6 @@ def solved(kind: str, number: int, name: str) -> tuple[Body, Solution, np.ndarra
     return body, solution, body.positions(solution.orientations, solution.root)
 
 
-# ------------------------------------------------------------------------------------------ flights
 @pytest.mark.parametrize("kind", FLYING)
 @pytest.mark.parametrize("name", BUILDS)
 def test_bodies_in_flight_fall_freely(kind: str, name: str) -> None:
@@ -55,7 +54,6 @@ def test_bodies_in_flight_fall_freely(kind: str, name: str) -> None:
     assert count > 5
 
 
-# --------------------------------------------------------------------------------------------- gaits
 def test_runners_fly_and_walkers_do_not() -> None:
     """A foot is down for less than half of a runner's stride, and for more of a walker's."""
     for kind, flies in (("jog", True), ("run", True), ("walk", False), ("march", False), ("sneak", False)):
@@ -71,7 +69,6 @@ def test_runners_fly_and_walkers_do_not() -> None:
             assert (max(shares) < 0.5) if flies else (min(shares) > 0.5)
 
 
-# -------------------------------------------------------------------------------------------- stairs
 @pytest.mark.parametrize("kind", ["stairs_up", "stairs_down"])
 @pytest.mark.parametrize("name", ["ada", "boris", "clara", "titan", "stork"])
 def test_nobody_is_in_the_stairs(kind: str, name: str) -> None:
@@ -93,18 +90,3 @@ def test_nobody_is_in_the_stairs(kind: str, name: str) -> None:
             ankle = places[solution.planted[:, column], body.part[part]]
             over = ankle[:, 1] - ground_height(floor, ankle[:, 0], ankle[:, 2])
             np.testing.assert_allclose(over, sizes.ankle, atol=1e-9)
-
-
-def test_stairs_grow_with_the_performer() -> None:
-    """All levels that planted ankles reach are whole rises, of one share of the leg for every body."""
-    for kind, way in (("stairs_up", 1.0), ("stairs_down", -1.0)):
-        this = score(kind)
-        assert this.stairs is not None
-        assert this.stairs.rise * way > 0.1
-        for name in ("ada", "titan"):
-            body, solution, places = solved(kind, 0, name)
-            down = solution.planted[:, 0]
-            level = places[down, body.part["left_foot"], 1] - body.proportions.ankle
-            rises = level / (this.stairs.rise * body.proportions.leg)
-            np.testing.assert_allclose(rises, np.round(rises), atol=1e-9)
-            assert rises[-1] - rises[0] > 1.5

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from puppet_takes import restlessness, touch_gap
 
-from retarget_bench.api import TrainingPair, optional
+from retarget_bench.api import TrainingPair
 from retarget_bench.commands.train import command
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.bodies import rigs
@@ -35,7 +35,6 @@ CAST = [body for family in families() for body in family.bodies.values()]
 APART = [body for body in CAST if only_tested(body) or body.name in VALIDATION_BODIES]
 
 
-# ------------------------------------------------------------------------------------------ the bodies
 def test_drawn_bodies_are_a_list_that_grows() -> None:
     few, many = training_bodies(0, 5), training_bodies(0, NUMBER)
     assert list(few) == list(many)[:5]
@@ -73,7 +72,6 @@ def test_a_number_that_makes_no_sense_is_refused() -> None:
         Puppets(bodies=-1)
 
 
-# ------------------------------------------------------------------------------------ their motion
 def test_cases_and_the_training_of_the_cast_stay_as_they_are() -> None:
     plain, drawn = Puppets(size="default"), Puppets(size="default", bodies=NUMBER)
     for split in ("self", "intra", "cross"):
@@ -159,7 +157,6 @@ def test_a_clip_that_a_drawn_body_cannot_do_is_unusable(
         data.training()["body22"]["body22_0000"][0]
 
 
-# ------------------------------------------------------------------------------------------- pairs
 @pytest.fixture(scope="module")
 def pairs() -> list[TrainingPair]:
     """Some pairs of every performance of a small corpus."""
@@ -249,12 +246,6 @@ def test_damaged_files_are_made_anew(tmp_path: Path) -> None:
     np.testing.assert_array_equal(file("one").get_tensor("x"), np.full(9, 3))
 
 
-def test_pairs_need_no_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("RETARGET_BENCH_CACHE", str(tmp_path / "file"))
-    assert Puppets(size="tiny").training_pairs()[0].source.motion.frames > 0
-
-
 def test_every_ordered_pair_of_a_troupe_comes_once(cache: Path) -> None:
     assert cache
     every_pair = Puppets(size="tiny", bodies=30).training_pairs()
@@ -263,11 +254,6 @@ def test_every_ordered_pair_of_a_troupe_comes_once(cache: Path) -> None:
     assert len(names) == every_pair.together == TROUPE * (TROUPE - 1)
     assert {name for pair in names for name in pair} == set(every_pair.troupe(0))
     assert isinstance(every_pair.clip(0), Clip)
-
-
-def test_the_engine_finds_them() -> None:
-    assert optional.training_pairs(Puppets()) is not None
-    assert optional.training_pairs(object()) is None
 
 
 @pytest.mark.slow

@@ -140,7 +140,6 @@ MORE_HARMS: dict[str, tuple[Corruption, tuple[float, ...]]] = {
 """Likewise: shares of the speed, shares of the stretches."""
 
 
-# ----------------------------------------------------------------------------------- people as one set
 class Crowd:
     """Real motion of two-legged bodies as one set, made worse, as the metric ``fid`` sees it.
 
@@ -189,7 +188,6 @@ def people_in(folder: Path, seconds: int = 12, most: int = 4) -> Crowd:
     return Crowd(motions)
 
 
-# ------------------------------------------------------------------------------------------------- a study
 @dataclass(frozen=True)
 class Noticed:
     """What the distances say of either half against real motion of the other, on average.

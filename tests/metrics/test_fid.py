@@ -41,7 +41,6 @@ def crowd(cases) -> Crowd:
     return Crowd({clip: seen(case.reference) for clip, case in cases.items()})
 
 
-# ------------------------------------------------------------------------------------------ what it notices
 @pytest.mark.parametrize("name", ALL)
 def test_every_harm_raises_it_the_more_the_worse_it_is(crowd, name):
     harm, amounts = ALL[name]
@@ -71,7 +70,6 @@ def test_real_motion_of_other_families_has_a_floor_and_keeps_the_order_of_harms(
         assert all(less < more for less, more in pairwise(values)), (harm, values)
 
 
-# --------------------------------------------------------------------------------------------------- bodies
 def test_it_is_of_cases_from_two_legs_to_two_legs(cases, puppets):
     person = next(iter(cases.values()))
     dog = next(each for each in puppets.characters().values() if each.four_legged)
@@ -108,7 +106,6 @@ def test_a_body_without_a_hand_is_in_no_set(cases):
         Fid().network(maimed)
 
 
-# --------------------------------------------------------------------------------------------------- halves
 def stretches_of(lengths: dict[str, int], rule: Stretches):
     features, infos = {}, {}
     for clip, count in lengths.items():
@@ -156,7 +153,6 @@ def test_a_tenth_of_the_clips_is_left_out_of_both_halves_at_once():
     assert sorted(list(groups.values()).count(group) for group in range(10)) == [3] * 10
 
 
-# ------------------------------------------------------------------------------------------------- training
 def test_the_network_is_trained_on_all_bodies_on_two_legs_of_the_training(puppets):
     (source,) = data.sources(puppets, [TWO_LEGS])
     names = set(data.performers(puppets, source))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -299,10 +298,3 @@ def test_a_shipped_network_is_small_whole_and_fits_its_structure(card, puppets):
     assert facts["loss"][-1]["validation"] < 0.6  # of 1, what predicting the mean would leave
     assert set(facts["characters"]) <= set(puppets.training_manifest()["characters"])
     assert ("note" in facts) == (card.stem not in puppets.training())
-
-
-def test_shipped_networks_are_where_the_card_says(puppets):
-    assert Path(SHIPPED).name == "networks"
-    metric = registry.create("metrics", "fid_structure")
-    body = next(each for each in puppets.characters().values() if each.structure == "body22")
-    assert metric.network(body) == network.find(SHIPPED, "body22").hash

@@ -54,7 +54,6 @@ def test_the_worst_of_every_harm_is_far_beyond_the_floor(study):
         assert worst.coverage < floor.coverage
 
 
-# ---------------------------------------------------------------------------------- one-sided on purpose
 def leaning(motion: Positions) -> Positions:
     """The body sheared to its left by a fifth of its height over the floor."""
     places, body = motion.positions, motion.character

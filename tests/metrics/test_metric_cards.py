@@ -22,7 +22,6 @@ from metric_cases import (
     sides,
 )
 
-from retarget_bench.evaluation.score import score
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.bound import declared_values
 from retarget_bench.tables.builder import DEFAULT_COLUMNS, OVERVIEW_COLUMNS
@@ -128,13 +127,6 @@ def test_bodies_without_any_role_are_compared_by_their_joints() -> None:
     assert set(values["mpjpe_h.joint"]) == {"a", "b", "c"}
     anatomical = ("contact", "pan_recall", "pan_contact", "foot", "nkn", "floating", "ee_h")
     assert not any(id_.startswith(anatomical) for id_ in values)
-
-
-def test_score_takes_every_value_that_applies() -> None:
-    case = sides(40, 3)
-    comparison = case.comparison()
-    scored = score([metric(name) for name in METRICS], comparison.case, case.predicted)
-    assert set(scored.sound()) == set(everything(case))
 
 
 def test_golden_rows_are_within_the_bounds_that_cards_declare() -> None:

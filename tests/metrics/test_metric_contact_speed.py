@@ -7,7 +7,7 @@ from math import hypot
 
 import numpy as np
 import pytest
-from metric_cases import FEET, Sides, compute, index, motion, sides
+from metric_cases import FEET, Sides, compute, index, sides
 
 from retarget_bench.api import Contacts, Prediction
 
@@ -80,40 +80,15 @@ def test_labels_of_the_data_set_win_over_the_reference() -> None:
     )
 
 
-def test_labels_come_in_any_order_and_for_missing_joints() -> None:
-    case = sides(40, 3)
-    case.contacts = planted(case, 0)
-    before = compute("contact_speed", case)
-    order = [2, 0, 3, 1]
-    more = np.c_[case.contacts.planted[:, order], np.ones(40, dtype=bool)]
-    case.contacts = Contacts((*(ROLES[k] for k in order), "left_toe_9"), more)
-    assert compute("contact_speed", case) == before
-
-
-def test_a_frozen_body_has_full_recall_and_little_precision() -> None:
-    case = sides(60, 4)
-    frozen = case.predicted.character.positions(np.repeat(case.predicted.positions[:1], 60, axis=0), 30.0)
-    values = compute("contact_speed", replace(case, predicted=frozen))
-    assert values["contact_recall.speed"] == 1.0
-    assert values["contact_precision.speed"] < 0.7
-
-
 def test_feet_that_never_stand_have_precision_zero_and_unlabelled_clips_no_value() -> None:
     case = sides(30, 5)
     running = case.predicted.positions + np.arange(30)[:, None, None] * [1.0, 0.0, 0.0]
     away = case.predicted.character.positions(running, 30.0)
     values = compute("contact_speed", replace(case, predicted=away))
-    assert (
-        values["contact_recall.speed"],
-        values["contact_precision.speed"],
-        values["contact_f1.speed"],
-    ) == (
-        0.0,
-        0.0,
-        0.0,
-    )
+    rates_of_plants = {"contact_recall.speed", "contact_precision.speed", "contact_f1.speed"}
+    assert not any(values[id_] for id_ in rates_of_plants)
     values = compute("contact_speed", replace(case, expected=away))
-    assert not {"contact_recall.speed", "contact_precision.speed", "contact_f1.speed"} & set(values)
+    assert not rates_of_plants & set(values)
     assert "foot_slide" not in compute("slide", replace(case, expected=away))
     assert compute("pan_contact", replace(case, expected=away)) == {}
 
@@ -135,14 +110,3 @@ def test_foot_slide(seed: int, fps: float) -> None:
                     speeds.append(hypot(x, z) * fps)
         assert values[f"foot_slide{suffix}"] == pytest.approx(np.mean(speeds) * 100 / 30, rel=1e-9)
         assert values[f"foot_slide_h{suffix}"] == pytest.approx(np.mean(speeds) * 100 / h, rel=1e-9)
-
-
-def test_slide_of_a_body_on_a_conveyor() -> None:
-    """A reference that stands still, and a prediction carried along at 15 cm per second."""
-    body = sides(2, 0).predicted.character
-    standing = motion(body, 1, 0).positions.repeat(31, axis=0)
-    carried = standing + np.arange(31)[:, None, None] * [0.003, 0.5, 0.004]
-    bodies = [body.positions(places, 30.0) for places in (standing, carried, standing)]
-    values = compute("slide", Sides(*bodies))
-    assert values["foot_slide"] == pytest.approx(0.5)
-    assert values["foot_slide_h"] == pytest.approx(15.0 / body.height)

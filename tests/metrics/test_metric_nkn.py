@@ -94,11 +94,6 @@ def test_short_clips_have_no_windows() -> None:
     assert set(compute("nkn", sides(120, 0))) == {"star"}
 
 
-def turn(positions: np.ndarray) -> np.ndarray:
-    flat = Rotation.from_rotvec(0.7 * UP).apply(positions.reshape(-1, 3))
-    return flat.reshape(positions.shape) + np.array([2.0, 0.0, -1.0])
-
-
 def test_bodies_without_the_22_joints_have_no_value() -> None:
     rig = tuple(
         (name, "Spine" if parent == "Spine1" else parent, offset)

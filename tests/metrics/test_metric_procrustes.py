@@ -7,38 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metric_cases import SCORED, Sides, compute, index, sides
-from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 VARIANTS = ("rigid", "similarity", "rigid_clip", "similarity_clip")
-
-
-def search(moving: np.ndarray, fixed: np.ndarray, *, scaled: bool) -> float:
-    """Mean distance after a least-squares fit found by descent from several beginnings."""
-
-    def fitted(x: np.ndarray) -> np.ndarray:
-        scale = np.exp(x[6]) if scaled else 1.0
-        return scale * Rotation.from_rotvec(x[:3]).apply(moving) + x[3:6]
-
-    def cost(x: np.ndarray) -> float:
-        return float(((fitted(x) - fixed) ** 2).sum())
-
-    beginnings = [np.zeros(7), *(np.r_[v, 0, 0, 0, 0] for v in 3.0 * np.eye(3))]
-    best = min((minimize(cost, x, tol=1e-14) for x in beginnings), key=lambda fit: fit.fun)
-    return float(np.linalg.norm(fitted(best.x) - fixed, axis=1).mean())
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_against_search(seed: int) -> None:
-    case = sides(4, seed)
-    body = case.predicted.character
-    p, g = (side.positions[:, index(body, SCORED)] for side in (case.predicted, case.expected))
-    values = compute("procrustes", case)
-    for scaled, name in ((False, "rigid"), (True, "similarity")):
-        frames = np.mean([search(a, b, scaled=scaled) for a, b in zip(p, g, strict=True)])
-        clip = search(p.reshape(-1, 3), g.reshape(-1, 3), scaled=scaled)
-        assert values[f"pa_mpjpe.{name}"] == pytest.approx(100 * frames / body.height, rel=1e-5)
-        assert values[f"pa_mpjpe.{name}_clip"] == pytest.approx(100 * clip / body.height, rel=1e-5)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -83,7 +83,6 @@ def test_left_out_without_a_mesh_limbs_or_a_reference() -> None:
     assert "self_penetration.over_reference" not in values
 
 
-# --------------------------------------------------------------------------------------------- winding
 def blob() -> tuple[np.ndarray, np.ndarray]:
     """Two balls that overlap."""
     points, faces = ball(3)
@@ -109,21 +108,6 @@ def test_rays_and_solid_angles_agree_with_libigl() -> None:
     true = igl.winding_number(points, holes.astype(np.int64), queries)
     assert winding.winding_numbers(queries, points, holes) == pytest.approx(true, abs=1e-9)
     assert np.abs(true - np.round(true)).max() > 0.1
-
-
-def test_winding_numbers_of_balls_are_known() -> None:
-    points, faces = blob()
-    queries = np.array([[-0.5, 0, 0], [0.35, 0, 0], [1.3, 0.1, 0], [3, 0, 0], [0, -2, 0]])
-    for closed in (True, False):
-        numbers = winding.winding_numbers(queries, points, faces, closed)
-        assert numbers == pytest.approx([1, 2, 1, 0, 0], abs=1e-9)
-        assert winding.winding_numbers(queries, points, faces[:, ::-1], closed) == pytest.approx(
-            -numbers, abs=1e-9
-        )
-    # a hemisphere's middle sees half of the world through it
-    open_ = ball(3)[1]
-    open_ = open_[points[open_].mean(axis=1)[:, 2] > 0]
-    assert winding.winding_numbers(np.zeros((1, 3)), points, open_)[0] == pytest.approx(0.5, abs=1e-9)
 
 
 def test_a_ray_through_edges_and_corners_is_counted_once() -> None:
@@ -197,7 +181,6 @@ def test_distances_to_triangles_against_a_fine_grid() -> None:
     assert distance == pytest.approx(grid, abs=0.02)
 
 
-# ---------------------------------------------------------------------------------------------- legacy
 def by_loops(body: Character, places: np.ndarray) -> float:
     """Per cent of vertices of limbs that the published test counts, vertex by vertex."""
     mesh, hits, total = body.mesh, 0, 0

@@ -6,15 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import strategies as st
 from mesh_cases import BALLS, as_surface, body_of, sides, skin
 from metric_cases import Sides, compute, motion
 from scipy.spatial.transform import Rotation
-
-from retarget_bench.motion import rotation
-
-angles, coordinates = st.floats(-3.0, 3.0), st.floats(-2.0, 2.0)
-turns = st.tuples(angles, angles, angles).map(lambda v: rotation.from_rotation_vector(np.array(v)))
 
 
 def kabsch(p: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:

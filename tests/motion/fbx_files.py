@@ -391,13 +391,12 @@ def person(
     fps: float = 30.0,
     size: float = 100.0,
     above: tuple[Joint, ...] = (),
-    order: int | None = None,
     turned: bool = True,
     skin: bool = True,
 ) -> Made:
     """A person with a skin who moves as chance has it in the take ``act``.
 
-    size: units of the file in a metre. above: nodes above the hips. order: of rotations; None: any.
+    size: units of the file in a metre. above: nodes above the hips.
     turned: joints have pre-rotations, and angles at rest that are no rest.
     """
     joints = list(above)
@@ -412,7 +411,7 @@ def person(
                 first + parent if parent >= 0 else first - 1,
                 away * size,
                 random.uniform(-20, 20, 3) if turned else np.zeros(3),
-                order=int(random.integers(0, 6)) if order is None else order,
+                order=int(random.integers(0, 6)),
                 pre=pre,
                 inherit=1,
             )
@@ -459,26 +458,3 @@ def dress(scene: Made, random: np.random.Generator, first: int) -> None:
     scene.skins.append(
         Skin(at, random.normal(scale=50, size=(24, 3)), polygons, weights, joints, bound, space)
     )
-
-
-def of_recording(recording: Any, order: int = 0) -> Made:
-    """The same motion as joints that turn about their axes in some order; without a skin."""
-    skeleton = recording.skeleton
-    joints = [
-        Joint(name, parent, offset, order=order)
-        for name, parent, offset in zip(
-            skeleton.names, skeleton.parents.tolist(), skeleton.offsets, strict=True
-        )
-    ]
-    times = np.arange(len(recording.root)) / recording.fps
-    scene = Made(joints, fps=recording.fps)
-    curves: Curves = {(0, "T"): (times, recording.root)}
-    for number in range(len(joints)):
-        turns = Rotation.from_quat(recording.rotations[:, number, [1, 2, 3, 0]])
-        angles = np.empty((len(times), 3))
-        angles[:, ["xyz".index(axis) for axis in ORDERS[order]]] = turns.as_euler(
-            ORDERS[order], degrees=True
-        )
-        curves[number, "R"] = times, np.degrees(np.unwrap(np.radians(angles), axis=0))
-    scene.takes["act"] = curves
-    return scene

@@ -169,6 +169,11 @@ NAMES = (
     *("LeftArm", "LeftForeArm", "LeftHand", "RightArm", "RightForeArm", "RightHand"),
     *("LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg", "RightFoot"),
 )
+ROLES = (
+    *("hips", "spine_1", "neck", "head"),
+    *("left_arm", "left_forearm", "left_hand", "right_arm", "right_forearm", "right_hand"),
+    *("left_up_leg", "left_leg", "left_foot", "right_up_leg", "right_leg", "right_foot"),
+)
 PARENTS = (-1, 0, 1, 2, 1, 4, 5, 1, 7, 8, 0, 10, 11, 0, 13, 14)
 PLACES = np.array(
     [
@@ -189,7 +194,6 @@ def person(
     above: tuple[dict[str, Any], ...] = ({},),
     turned: bool = True,
     skin: bool = True,
-    how: str = "LINEAR",
 ) -> Made:
     """A person with a skin, who moves as chance has it in the animation ``act``.
 
@@ -232,7 +236,7 @@ def person(
     steps = np.cumsum(random.normal(scale=0.01 * np.abs(place).max(), size=(frames, 3)), axis=0)
     tracks[first, "translation"] = times, asset.array(place + steps)
     if frames:
-        asset.animate("act", tracks, how)
+        asset.animate("act", tracks)
     if skin:
         dress(asset, random, first)
     return asset

@@ -115,7 +115,6 @@ def forward(body: dict, family: Family, content: dict) -> tuple[np.ndarray, np.n
     return np.array(joints), np.array(vertices)
 
 
-# ------------------------------------------------------------------------------- HumanML3D's definition
 def turned(quaternion: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """A vector turned by a quaternion, w first, by the sandwich product."""
     w, axis = quaternion[0], quaternion[1:]

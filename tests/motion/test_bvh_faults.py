@@ -85,7 +85,6 @@ def test_what_is_no_bvh_is_named(tmp_path: Path, data: bytes, words: str) -> Non
         (b"JOINT Spine", b"JOINT Hips", 6, "cyclic"),
         (b"JOINT Spine", b"ROOT Spine", 6, "second ROOT"),
         (b"ROOT Hips", b"JOINT Hips", 2, "outside of the ROOT"),
-        (b"OFFSET 0 10 0", b"OFFSET 0 10", 8, "three finite numbers"),
         (b"JOINT Spine", b"JOINT Sp\0ine", 6, "cannot be printed"),
         (b"OFFSET 0 10 0", b"OFFSET 0 10 nan", 8, "three finite numbers"),
         (b"\t\tOFFSET 0 10 0\n", b"", 13, "JOINT 'Spine', begun in line 6, has no OFFSET"),

@@ -107,52 +107,38 @@ def test_a_root_without_position_channels_stays_at_its_offset(tmp_path: Path) ->
     assert recording.root.tolist() == [[0, 90, 5]]
 
 
-@pytest.mark.parametrize(
-    "rewrite",
-    [
-        pytest.param(lambda text: text.replace("\n", "\r\n"), id="CRLF"),
-        pytest.param(lambda text: text.replace("\n", "\r"), id="CR"),
-        pytest.param(
-            lambda text: text.replace("OFFSET 0 10 0\n", "OFFSET 0 10 0\r\n"), id="both line ends"
-        ),
-        pytest.param(lambda text: text.replace("Frames: ", "Frames:\t"), id="tab after Frames"),
-        pytest.param(
-            lambda text: text.replace("Frame Time: ", "Frame  Time : "), id="blanks around the colon"
-        ),
-        pytest.param(
-            lambda text: text.replace("1 2 3", "  1\t2   3 ").replace("60\n", "60 \t \n"), id="blanks"
-        ),
-        pytest.param(lambda text: text.rstrip("\n"), id="no line end at the end"),
-        pytest.param(lambda text: text + "\n \n\n", id="blank lines at the end"),
-        pytest.param(lambda text: text.replace("MOTION\n", "MOTION\n\n"), id="blank line after MOTION"),
-        pytest.param(lambda text: text.replace("\n\t", "\n"), id="no indentation"),
-        pytest.param(
-            lambda text: text.replace("\n{", " {").replace("\n\t{", "{"), id="brace on the same line"
-        ),
-        pytest.param(
-            lambda text: text.replace("HIERARCHY", "hierarchy").replace("MOTION", "Motion"), id="case"
-        ),
-        pytest.param(
-            lambda text: text.replace("rotation", "Rotation").replace("OFFSET", "offset"), id="case 2"
-        ),
-        pytest.param(lambda text: "\ufeff" + text, id="byte order mark"),
-        pytest.param(lambda text: text.replace("10 20 30", "1e1 +2.0E+1 30."), id="exponents"),
-    ],
-)
-def test_the_same_file_in_other_dress(tmp_path: Path, rewrite) -> None:
+DRESS = {
+    "CRLF": {"\n": "\r\n"},
+    "CR": {"\n": "\r"},
+    "both line ends": {"OFFSET 0 10 0\n": "OFFSET 0 10 0\r\n"},
+    "tab after Frames": {"Frames: ": "Frames:\t"},
+    "blanks around the colon": {"Frame Time: ": "Frame  Time : "},
+    "blanks": {"1 2 3": "  1\t2   3 ", "60\n": "60 \t \n"},
+    "no line end at the end": {"60\n": "60"},
+    "blank lines at the end": {"60\n": "60\n\n \n\n"},
+    "blank line after MOTION": {"MOTION\n": "MOTION\n\n"},
+    "no indentation": {"\n\t": "\n"},
+    "brace on the same line": {"\n{": " {", "\n\t{": "{"},
+    "case": {"HIERARCHY": "hierarchy", "MOTION": "Motion", "rotation": "Rotation", "OFFSET": "offset"},
+    "byte order mark": {"HIERARCHY": "\ufeffHIERARCHY"},
+    "exponents": {"10 20 30": "1e1 +2.0E+1 30."},
+}
+
+
+@pytest.mark.parametrize("dress", DRESS)
+def test_the_same_file_in_other_dress(tmp_path: Path, dress: str) -> None:
+    text = two_bones()
+    for old, new in DRESS[dress].items():
+        assert old in text
+        text = text.replace(old, new)
     plain = bvh.parse(save(tmp_path, two_bones()))
-    other = bvh.parse(save(tmp_path, rewrite(two_bones()), "other.bvh"))
+    other = bvh.parse(save(tmp_path, text, "other.bvh"))
     assert other.hierarchy.names == plain.hierarchy.names
     assert other.hierarchy.channels == plain.hierarchy.channels
     assert other.hierarchy.end_sites == plain.hierarchy.end_sites
     np.testing.assert_array_equal(other.hierarchy.offsets, plain.hierarchy.offsets)
     np.testing.assert_array_equal(other.values, plain.values)
     assert other.fps == plain.fps
-
-
-def test_blank_lines_between_frames(tmp_path: Path) -> None:
-    text = two_bones(frames="\n1 2 3 4 5 6 7 8 9\n\n \n9 8 7 6 5 4 3 2 1", count="Frames: 2")
-    assert bvh.parse(save(tmp_path, text)).values[:, 0].tolist() == [1, 9]
 
 
 @pytest.mark.parametrize("name", ["mixamorig:Hips", "Left Arm", "骨盆", "a.b-c_d", "JOINT", "x (1)"])
@@ -181,23 +167,15 @@ def test_a_name_in_two_branches_gets_a_number(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("seconds", "fps"),
     [
-        (0.0083333, 120),
         (0.008333, 120),
         (0.016667, 60),
-        (0.016666, 60),
-        (0.0166667, 60),
         (0.033333, 30),
-        (0.0333333, 30),
         (0.033, 30),
         (0.041667, 24),
         (0.04, 25),
-        (0.02, 50),
-        (0.01, 100),
         (0.008, 125),
-        (0.05, 20),
         (0.0417083, 24 / 1.001),
         (0.0333667, 30 / 1.001),
-        (1 / 60, 60),
         (1 / 29.97, 29.97),
         (0.00694444, 144),
         (1 / 37, 37),
@@ -238,7 +216,6 @@ def test_header_longer_than_one_piece(tmp_path: Path) -> None:
     assert len(header.hierarchy) == 9002
 
 
-# ------------------------------------------------------------------------------------ where the root is
 def legged(frames: list[str], *, hips: str, order: str = f"6 {POSITION} {spell('ZXY')}") -> str:
     """Hips with a leg of 90 units straight below and a spine of 50 above."""
     text = two_bones(order, frames="\n".join(frames), count=f"Frames: {len(frames)}", offset=hips)
@@ -246,23 +223,19 @@ def legged(frames: list[str], *, hips: str, order: str = f"6 {POSITION} {spell('
     return text.replace("\tJOINT Spine", leg + "\tJOINT Spine").replace("OFFSET 0 10 0", "OFFSET 0 50 0")
 
 
-@pytest.mark.parametrize(
-    ("hips", "places", "expected"),
-    [
-        pytest.param((0, 95, 0), [(0, 94, 0), (5, 93, 9)], "absolute", id="standing, absolute"),
-        pytest.param((0, 95, 0), [(0, -1, 0), (5, -2, 9)], "relative", id="standing, relative"),
-        pytest.param((0, 95, 0), [(0, 0, 0), (0, 0, 0)], "relative", id="not moving, relative"),
-        pytest.param((0, 95, 0), [(0, 45, 0), (0, 45, 0)], "absolute", id="hanging half a body low"),
-        pytest.param(
-            (-131, 91, -190), [(-131, 91, -190), (0, 1, 9)], "absolute", id="OFFSET is the first frame"
-        ),
-        pytest.param(
-            (302, 92, -502), [(-308, -3, 616), (-300, -4, 620)], "relative", id="far away, relative"
-        ),
-        pytest.param((-10, 7, -472), [(-5, 95, -456), (-5, 94, -450)], "absolute", id="OFFSET is anything"),
-        pytest.param((0, 95, 0), [(0, 190, 0), (0, 185, 0)], "absolute", id="on a table"),
-    ],
-)
+ROOTS = {
+    "standing, absolute": ((0, 95, 0), [(0, 94, 0), (5, 93, 9)], "absolute"),
+    "standing, relative": ((0, 95, 0), [(0, -1, 0), (5, -2, 9)], "relative"),
+    "not moving, relative": ((0, 95, 0), [(0, 0, 0), (0, 0, 0)], "relative"),
+    "hanging half a body low": ((0, 95, 0), [(0, 45, 0), (0, 45, 0)], "absolute"),
+    "OFFSET is the first frame": ((-131, 91, -190), [(-131, 91, -190), (0, 1, 9)], "absolute"),
+    "far away, relative": ((302, 92, -502), [(-308, -3, 616), (-300, -4, 620)], "relative"),
+    "OFFSET is anything": ((-10, 7, -472), [(-5, 95, -456), (-5, 94, -450)], "absolute"),
+    "on a table": ((0, 95, 0), [(0, 190, 0), (0, 185, 0)], "absolute"),
+}
+
+
+@pytest.mark.parametrize(("hips", "places", "expected"), ROOTS.values(), ids=ROOTS)
 def test_auto_finds_out_how_root_places_are_meant(
     tmp_path: Path, hips: tuple[int, ...], places: list[tuple[int, ...]], expected: str
 ) -> None:
@@ -282,7 +255,6 @@ def test_the_option_overrides_auto(tmp_path: Path) -> None:
         bvh.read(path, root="both")
 
 
-# ------------------------------------------------------------------- position channels below the root
 def dummy(frames: list[str], child: str = f"6 {POSITION} {spell('ZXY')}") -> str:
     return two_bones(
         child=child,

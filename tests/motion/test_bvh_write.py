@@ -39,7 +39,6 @@ def _body(skeleton: Skeleton) -> SimpleNamespace:
     return SimpleNamespace(name="body", skeleton=skeleton)
 
 
-# --------------------------------------------------------------------------------------------- numbers
 @given(
     hnp.arrays(
         np.float64,
@@ -56,7 +55,6 @@ def test_fixed_decimals_are_written_as_c_does(values: np.ndarray, decimals: int)
     assert table_text(values).decode() == expected
 
 
-# ------------------------------------------------------------------------------------------- documents
 @st.composite
 def documents(draw: st.DrawFn) -> Document:
     """Trees of any shape, any channels in any order, any numbers."""
@@ -125,7 +123,6 @@ def test_the_layout(tmp_path: Path) -> None:
     )
 
 
-# --------------------------------------------------------------------------------------------- motions
 @pytest.mark.parametrize("order", ["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"])
 def test_motions_come_back(tmp_path: Path, order: str) -> None:
     before = motion()

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion import importer, rotation
+from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.editing import start
 from tests.examples import examples
@@ -199,28 +199,3 @@ def test_positions_can_be_cut_and_not_eased():
     assert start.cut(positions, beginning).frames == 60
     with pytest.raises(NotSupported, match="cut it instead"):
         start.eased(positions, beginning)
-
-
-JUMPS = {
-    "SFU/0005_JumpRope001_0": 0.28,
-    "ACAAD/Female1_A05_PickUpBox_0": 0.43,
-    "lafan1/aiming1_subject1_0": 4.89,
-    "pfnn/LocomotionFlat01_000_3": 1.59,
-}
-
-
-@pytest.mark.parametrize("file", JUMPS)
-def test_the_sources_of_same_begin_with_one_frame_in_t_pose(real_data, file):
-    path = real_data / "same_pairs" / f"{file}.bvh"
-    if not path.exists():
-        pytest.skip(f"{path} is not there")
-    motion = importer.load(path).motion
-    beginning = start.find(motion)
-    assert (beginning.cuts, beginning.t_pose) == ((1,), True)
-    actor = file.startswith("lafan1")  # who goes on to hold a T-pose for two seconds
-    assert (beginning.held, beginning.frames > 60) == (("T-pose", True) if actor else ("", False))
-    assert beginning.jump == pytest.approx(JUMPS[file], abs=0.006)
-    assert start.find(start.cut(motion, beginning)) is None
-    eased, rest = start.eased(motion, beginning), start.cut(motion, beginning)
-    steps, usual = (np.linalg.norm(np.diff(each.positions, axis=0), axis=-1) for each in (eased, rest))
-    assert steps.max() < max(0.15, 1.5 * usual.max())

@@ -34,28 +34,19 @@ def about_bone(motion: Motion, bone: str, joint: str) -> np.ndarray:
     return np.degrees(Rotation.from_quat(turn[:, [1, 2, 3, 0]]).as_rotvec()[:, 0])
 
 
+@pytest.mark.parametrize(
+    ("turning", "above", "bone"), [("hand", "ForeArm", "ForeArm"), ("arm", "Shoulder", "Arm")]
+)
 @given(angle=st.floats(-2.9, 2.9))
 @examples(20)
-def test_the_forearm_takes_the_hand_s_twist_by_place(angle):
+def test_a_bone_takes_a_joint_s_twist_by_place(turning, above, bone, angle):
+    """The forearm that of the hand; the upper arm its own, turned back towards the shoulder."""
     ramp = np.linspace(0.0, angle, 9)[:, None] * [1.0, 0.0, 0.0]
-    answer = rb.retarget(turned(PLAIN, "left_hand", ramp), TWISTED, "copy_rotations", hands="open")
-    for name, share in (("LeftForeArmTwist01", 0.3), ("LeftForeArmTwist02", 0.6)):
+    answer = rb.retarget(turned(PLAIN, f"left_{turning}", ramp), TWISTED, "copy_rotations", hands="open")
+    ends = {"LeftHand": 1.0} if turning == "hand" else {}
+    for name, share in {f"Left{bone}Twist01": 0.3, f"Left{bone}Twist02": 0.6, **ends}.items():
         np.testing.assert_allclose(
-            about_bone(answer, "LeftForeArm", name), share * np.degrees(ramp[:, 0]), atol=1e-5
-        )
-    np.testing.assert_allclose(
-        about_bone(answer, "LeftForeArm", "LeftHand"), np.degrees(ramp[:, 0]), atol=1e-5
-    )
-
-
-@given(angle=st.floats(-2.9, 2.9))
-@examples(20)
-def test_the_upper_arm_is_turned_back_towards_the_shoulder(angle):
-    ramp = np.linspace(0.0, angle, 9)[:, None] * [1.0, 0.0, 0.0]
-    answer = rb.retarget(turned(PLAIN, "left_arm", ramp), TWISTED, "copy_rotations", hands="open")
-    for name, share in (("LeftArmTwist01", 0.3), ("LeftArmTwist02", 0.6)):
-        np.testing.assert_allclose(
-            about_bone(answer, "LeftShoulder", name), share * np.degrees(ramp[:, 0]), atol=1e-5
+            about_bone(answer, f"Left{above}", name), share * np.degrees(ramp[:, 0]), atol=1e-5
         )
 
 

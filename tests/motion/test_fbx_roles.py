@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 from fbx_files import Joint, Made, person
+from gltf_files import ROLES
 
 from retarget_bench.motion.files.fbx.characterisation import roles
-from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.importer import load
 
 pytest.importorskip("ufbx")
@@ -22,11 +22,6 @@ LINKS = (
     *("LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg", "RightFoot"),
 )
 """What HumanIK calls the joints of ``fbx_files.NAMES``."""
-ROLES = (
-    *("hips", "spine_1", "neck", "head"),
-    *("left_arm", "left_forearm", "left_hand", "right_arm", "right_forearm", "right_hand"),
-    *("left_up_leg", "left_leg", "left_foot", "right_up_leg", "right_leg", "right_foot"),
-)
 
 
 def characterised(rename: Any, links: dict[str, int] | None = None) -> Made:
@@ -37,23 +32,12 @@ def characterised(rename: Any, links: dict[str, int] | None = None) -> Made:
     return figure
 
 
-def exchanged(_: int, name: str) -> str:
-    return name.replace("Left", "\0").replace("Right", "Left").replace("\0", "Right")
-
-
 @pytest.mark.parametrize("kind", [{}, {"ascii": True}, {"version": 7700}])
 def test_a_characterisation_says_what_nodes_of_any_name_are(tmp_path: Path, kind: Any) -> None:
     path = characterised(lambda number, _: f"joint{number}").save(tmp_path / "one.fbx", **kind)
     findings = load(path).findings
     assert [role for _, role in findings.joints] == list(ROLES)
     assert "16 joints have the roles that the file states" in findings.notes
-
-
-def test_it_wins_over_names_and_the_user_over_both(tmp_path: Path) -> None:
-    path = characterised(exchanged).save(tmp_path / "one.fbx")
-    assert [role for _, role in load(path).findings.joints] == list(ROLES)
-    reading = Reading(roles={"Head": None, "Neck": "head"})
-    assert [role for _, role in load(path, reading).findings.joints[2:4]] == ["head", "not understood"]
 
 
 def test_names_say_what_is_left_out(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from retarget_bench.motion.fitting.fit import Fitted, fit
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 from tests.examples import examples
-from tests.methods.method_bodies import about, body, dance, pose, squat
+from tests.methods.method_bodies import about, body, dance, pose
 
 EXACT = 1e-4
 BODIES = {"t_pose": body(), "a_pose": body(droop=45.0), "along_x": along_x(), **puppets()}
@@ -58,19 +58,6 @@ def errors(fitted: Motion, expected: Motion, joint: str) -> np.ndarray:
     )
 
 
-# ------------------------------------------------------------------------------------------ round trips
-@pytest.mark.parametrize("name", BODIES)
-def test_positions_of_a_motion_are_reproduced(name):
-    motion = wiggle(BODIES[name], 40)
-    fitted = refitted(motion)
-    assert np.abs(fitted.motion.positions - motion.positions).max() < EXACT
-    assert fitted.worst < EXACT
-    assert (fitted.motion.root == motion.root).all()
-    assert (fitted.motion.frames, fitted.motion.fps) == (40, 30.0)
-    assert np.abs(lengths(motion.skeleton, fitted.motion.positions)
-                  - motion.skeleton.bone_lengths[1:]).max() < 1e-12  # fmt: skip
-
-
 @pytest.mark.parametrize("name", BODIES)
 def test_joints_that_carry_several_bones_are_turned_as_they_were(name):
     motion = wiggle(BODIES[name], 30, seed=1)
@@ -79,13 +66,6 @@ def test_joints_that_carry_several_bones_are_turned_as_they_were(name):
     assert fixed
     for joint in fixed:
         assert errors(fitted, motion, motion.skeleton.names[joint]).max() < 0.01
-
-
-def test_knees_and_thighs_are_found_by_their_hinge():
-    motion = squat(body())
-    fitted = refitted(motion).motion
-    for joint in ("Hips", "LeftUpLeg", "LeftLeg", "RightUpLeg", "RightLeg"):
-        assert errors(fitted, motion, joint).max() < 0.5
 
 
 def test_a_root_whose_bones_lie_in_line_faces_where_its_body_does():
@@ -128,7 +108,6 @@ def test_a_face_hung_on_a_bone_of_no_length_but_that_of_rounding_does_not_spin()
     assert errors(fitted, motion, "Head").max() < 0.1
 
 
-# -------------------------------------------------------------------------------- what cannot be reached
 def test_bones_that_are_longer_than_the_body_s_keep_their_directions():
     motion = dance(body())
     away = motion.positions - motion.root[:, None]
@@ -136,18 +115,6 @@ def test_bones_that_are_longer_than_the_body_s_keep_their_directions():
     assert np.abs(fitted.motion.positions - motion.positions).max() < EXACT
     expected = 0.05 * np.linalg.norm(away, axis=-1)
     assert fitted.distances == pytest.approx(expected, abs=EXACT)
-
-
-@pytest.mark.parametrize("noise", [0.001, 0.005, 0.02])
-@pytest.mark.parametrize("name", ["t_pose", "along_x", "h36m17", "dog21"])
-def test_noise_leaves_no_more_than_the_truth_would(name, noise):
-    """The true pose, moved to where the noise put the root, is a candidate: the fit is no farther away."""
-    observed = noisy(motion := wiggle(BODIES[name], 60), noise)
-    truth = motion.positions + (observed[:, :1] - motion.positions[:, :1])
-    allowed = np.sqrt(np.square(observed - truth).sum(axis=-1).mean())
-    residual = np.sqrt(np.square(refitted(motion, observed).distances).mean())
-    assert residual < allowed
-    assert (refitted(motion, observed).motion.root == observed[:, 0]).all()
 
 
 def test_the_least_squares_are_those_of_scipy():
@@ -220,7 +187,6 @@ def test_a_step_is_that_of_the_whole_system():
         )
 
 
-# ------------------------------------------------------------------------------------------- smoothness
 @pytest.mark.parametrize("tilt", [0.0, 4.0, 15.0])
 @pytest.mark.parametrize("axis", ["Y", "Z"])
 def test_a_straight_arm_that_swings_all_round_does_not_flip(axis, tilt):
@@ -244,7 +210,6 @@ def test_an_elbow_that_passes_through_straight_does_not_flip():
     assert steps(fitted, "LeftArm").max() < 12.0
 
 
-# ------------------------------------------------------------------------------------------- properties
 trees = st.tuples(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 20))
 
 
@@ -282,13 +247,6 @@ def test_a_body_that_is_moved_and_turned_about_is_fitted_alike(seed, angle, name
     assert rotation.angle(first.rotations[:, 1:], second.rotations[:, 1:]).max() < 1e-3
 
 
-def test_a_clip_played_backwards_is_fitted_backwards():
-    motion = dance(body())
-    observed = noisy(motion, 0.003)
-    there, back = refitted(motion, observed).motion, refitted(motion, observed[::-1]).motion
-    assert rotation.angle(there.rotations, back.rotations[::-1]).max() < 1e-4
-
-
 def test_frames_do_not_depend_on_how_many_are_worked_on_together(monkeypatch):
     motion = dance(body())
     observed = noisy(motion, 0.005)
@@ -297,7 +255,6 @@ def test_frames_do_not_depend_on_how_many_are_worked_on_together(monkeypatch):
     assert np.abs(refitted(motion, observed).motion.positions - together.positions).max() < 1e-9
 
 
-# ------------------------------------------------------------------------------------------- edge cases
 def test_one_frame_and_none():
     motion = dance(body())
     single = refitted(motion.at(slice(3, 4)))

@@ -29,12 +29,10 @@ NAN = float("nan")
     [
         ("accessors.0.count", 10**9, "has 1000000000 elements, which do not fit"),
         ("accessors.0.count", -1, "count=-1, which is no count"),
-        ("accessors.0.count", "4", "count='4', which is no count"),
         ("accessors.0.count", 2, "times and 4 values"),
         ("accessors.0.componentType", 5130, "unknown componentType 5130"),
         ("accessors.0.type", "VEC2", "needs SCALAR"),
         ("accessors.0.bufferView", 10**6, "refers to bufferViews[1000000], and there are"),
-        ("accessors.0.byteOffset", 10**12, "do not fit"),
         ("accessors.0.sparse", {"count": 10**6}, "unknown componentType"),
         ("bufferViews.0.byteOffset", 2**40, "of a buffer of"),
         ("bufferViews.0.buffer", 3, "refers to buffers[3], and there are 1"),
@@ -46,7 +44,6 @@ NAN = float("nan")
         ("buffers.0.uri", "/etc/passwd", "which is no file in the same folder"),
         ("buffers.0.uri", "gone.bin", "which is not beside it"),
         ("buffers.0.uri", "data:application/octet-stream;base64,*", "cannot be decoded"),
-        ("nodes.3.children", [1], "is a child of two nodes"),
         ("nodes.4.children", [1], "is a child of two nodes"),
         ("nodes.4.children", [10**9], "refers to nodes[1000000000]"),
         ("nodes.4.children", "abc", "'children' that are no list"),
@@ -54,9 +51,7 @@ NAN = float("nan")
         ("nodes.4.rotation", [0, 0, 1], "is not 4 finite numbers"),
         ("nodes.4.translation", [0, 0, 1e300], "is not 3 finite numbers"),
         ("nodes.4.scale", [0, 0, 0], "scales 'Head' to nothing"),
-        ("nodes.4.matrix", ["a"] * 16, "is not 16 finite numbers"),
         ("nodes", {}, "'nodes' is no list of objects"),
-        ("nodes", [1, 2], "'nodes' is no list of objects"),
         ("skins.0.joints", [99], "refers to nodes[99]"),
         ("skins.0.inverseBindMatrices", 0, "needs MAT4"),
         ("animations.0.samplers.1.interpolation", "BEZIER", "unknown interpolation 'BEZIER'"),
@@ -66,7 +61,6 @@ NAN = float("nan")
         ("meshes.0.primitives.0.extensions", {"KHR_draco_mesh_compression": {}}, "compressed by Draco"),
         ("scene", 5, "refers to scenes[5]"),
         ("asset.version", "1.0", "glTF 1.0; glTF 2.0 is read"),
-        ("asset", None, "it has no 'asset'"),
     ],
 )
 def test_what_is_wrong_is_said(tmp_path, asset, where, value, sentence):

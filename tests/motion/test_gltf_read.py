@@ -348,17 +348,8 @@ def test_a_body_without_skin_is_complete_where_a_part_is_animated(tmp_path, rand
 def test_what_a_skeleton_cannot_do_is_a_doubt(tmp_path, random):
     asset = person(random)
     times = np.arange(12) / 30
-    place = np.array(asset.content["nodes"][5]["translation"])
-    away = place + 0.3 * np.sin(times[:, None] * 9) * [1, 0, 0]
-    asset.animate(
-        "stretch",
-        {(5, "translation"): (times, away), (9, "scale"): (times, 1 + times[:, None] * [1, 1, 1])},
-    )
+    asset.animate("stretch", {(9, "scale"): (times, 1 + times[:, None] * [1, 1, 1])})
     findings = importer.load(asset.save(tmp_path / "a.glb"), Reading(take="stretch")).findings
-    assert any(
-        "'LeftArm' moves by up to 0.29" in each and "bones keep their length" in each
-        for each in findings.warnings
-    )
     assert any("changes the size of 'RightForeArm'" in each for each in findings.warnings)
     assert not importer.load(tmp_path / "a.glb", Reading(take="act")).findings.doubts
 

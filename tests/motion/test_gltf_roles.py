@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_files import NAMES, Made, person
+from gltf_files import NAMES, ROLES, Made, person
 
 from retarget_bench.errors import FileError
 from retarget_bench.motion.files.reading import Reading
@@ -21,11 +21,6 @@ BONES = (
     *("leftUpperLeg", "leftLowerLeg", "leftFoot", "rightUpperLeg", "rightLowerLeg", "rightFoot"),
 )
 """What VRM calls the joints of ``gltf_files.NAMES``."""
-ROLES = (
-    *("hips", "spine_1", "neck", "head"),
-    *("left_arm", "left_forearm", "left_hand", "right_arm", "right_forearm", "right_hand"),
-    *("left_up_leg", "left_leg", "left_foot", "right_up_leg", "right_leg", "right_foot"),
-)
 
 
 def vrm_0(nodes: dict[str, int]) -> dict[str, Any]:
@@ -108,15 +103,3 @@ def test_damaged_maps_are_named(tmp_path: Path, extensions: Any) -> None:
 def test_bones_that_have_no_role_are_passed_over(tmp_path: Path, bone: Any) -> None:
     path = written(tmp_path / "a.glb", lambda nodes: vrm_0({**nodes, bone: 0}), list(NAMES))
     assert [role for _, role in load(path).findings.joints if role not in NO_ROLE] == list(ROLES)
-
-
-def test_twice_named_bones_are_the_first(tmp_path: Path) -> None:
-    extra = {"bone": "head", "node": 1}
-
-    def twice(nodes: dict[str, int]) -> dict[str, Any]:
-        content = vrm_0(nodes)
-        content["VRM"]["humanoid"]["humanBones"].append(extra)
-        return content
-
-    path = written(tmp_path / "a.glb", twice, [f"node {n}" for n in range(len(NAMES))])
-    assert [role for _, role in load(path).findings.joints] == list(ROLES)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from alignment_rigs import t_pose
-from fit_bodies import along_x, noisy
+from fit_bodies import along_x
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -102,18 +101,6 @@ def test_a_sleeve_on_the_forearm_hides_no_elbow():
     fitted = fit(motion.character.positions(motion.positions, 30.0)).motion
     for role in ARMS:
         assert apart(motion, fitted, role)[10:-10].max() < 2.0
-
-
-def test_the_axis_changes_no_place_and_no_bone():
-    motion = gesture(rig(30.0), 30.0, seed=2)
-    observed = noisy(motion, 0.002)
-    plain = replace(motion.character, hinges={})
-    with_axis, general = (fit(each.positions(observed, 30.0)) for each in (motion.character, plain))
-    assert with_axis.mean == pytest.approx(general.mean, rel=0.02)
-    bones = motion.skeleton.bone_lengths[1:]
-    places = with_axis.motion.positions
-    lengths = np.linalg.norm(places[:, 1:] - places[:, motion.skeleton.parents[1:]], axis=-1)
-    assert np.abs(lengths - bones).max() < 1e-12
 
 
 def still(character: Character) -> np.ndarray:

@@ -29,7 +29,6 @@ MEMORY = 400e6
 """Bytes that reading any of these may take meanwhile; all that they unpack to is gigabytes."""
 
 
-# ----------------------------------------------------------------------------- little that unpacks to much
 def zeros(path: Path) -> Path:
     """Thirty animated nodes, each with 4,000,000 keys that are zeros without data."""
     many = range(30)
@@ -119,7 +118,6 @@ def test_what_unpacks_to_much_is_not_unpacked(tmp_path: Path, make: Callable, na
     assert sentence in message
 
 
-# ---------------------------------------------------------------------------------------------- deep trees
 def gltf_chain(path: Path, count: int) -> Path:
     nodes = [{"name": f"n{n}", "children": [n + 1] if n + 1 < count else []} for n in range(count)]
     content = {"asset": {"version": "2.0"}, "nodes": nodes, "skins": [{"joints": list(range(count))}]}
@@ -161,7 +159,6 @@ def test_a_chain_of_joints_is_too_deep(
     assert sentence in str(error.value)
 
 
-# ---------------------------------------------------------------------------------- what is no file to read
 def device(path: Path) -> None:
     path.symlink_to("/dev/zero")
 

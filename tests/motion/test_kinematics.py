@@ -48,7 +48,6 @@ def plain(body: Skeleton, q: np.ndarray, root: np.ndarray) -> tuple[np.ndarray, 
     return places, turned
 
 
-# ---------------------------------------------------------------------------------------------- NumPy
 @patient
 @given(joints=st.integers(1, 30), frames=st.integers(0, 4), reach=st.integers(1, 8), seed=seeds)
 def test_agrees_with_the_book(joints: int, frames: int, reach: int, seed: int) -> None:
@@ -73,12 +72,6 @@ def test_long_clips_are_frame_by_frame_the_same() -> None:
     np.testing.assert_array_equal(folded[0].reshape(places.shape), places)
 
 
-def test_the_rest_pose_is_the_skeletons_and_the_roots_offset_plays_no_part() -> None:
-    body = skeleton(12)
-    places, _ = kinematics.forward(body, rotation.identity(1, 12), np.zeros((1, 3)))
-    np.testing.assert_allclose(places[0], body.rest_positions - body.offsets[0], atol=1e-15)
-
-
 def test_a_broken_joint_harms_only_what_hangs_on_it() -> None:
     body = Skeleton(("hips", "left", "right", "tip"), np.array([-1, 0, 0, 1]), np.eye(4, 3))
     q, root = rotation.identity(1, 4), np.zeros((1, 3))
@@ -97,7 +90,6 @@ def test_shapes_that_do_not_fit_are_refused(shapes: tuple[tuple[int, ...], tuple
         )
 
 
-# ---------------------------------------------------------------------------------------------- torch
 def tensors(*arrays: np.ndarray) -> list[torch.Tensor]:
     return [torch.tensor(each) for each in arrays]
 
@@ -216,7 +208,6 @@ def test_one_body_per_sequence_on_a_shared_tree() -> None:
         torch.testing.assert_close(a, b, atol=1e-9, rtol=1e-9)
 
 
-# -------------------------------------------------------------------------------------- mixed batches
 @patient
 @given(sizes=st.lists(st.integers(1, 14), min_size=1, max_size=5), frames=st.integers(0, 3), seed=seeds)
 def test_a_mixed_batch_is_each_sequence_alone(sizes: list[int], frames: int, seed: int) -> None:
@@ -260,7 +251,6 @@ def _compare_mixed(bodies: list[Skeleton], frames: int, seed: int) -> None:
     assert not grads[1].transpose(1, 2)[empty].any()
 
 
-# ------------------------------------------------------------------------------------------ precision
 def test_mixed_precision_does_not_reach_the_kinematics() -> None:
     body = skeleton(24)
     q, root = pose(2, 6, 24)

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from editing_bodies import body, fingers, gait
 
-from retarget_bench.commands import doctor
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh import Document
@@ -52,16 +51,6 @@ def test_it_is_said_and_mirrored(pair):
     np.testing.assert_allclose(mirrored.motion.skeleton.offsets, right.motion.skeleton.offsets, atol=1e-9)
     (doubt,) = load(pair[0], Reading(mirror=True)).findings.doubts
     assert "is the file right-handed? Then leave out mirror=true" in doubt
-
-
-def test_the_saved_reading_mirrors(pair, tmp_path):
-    saved = tmp_path / "left.toml"
-    saved.write_text(doctor.reading_text(load(pair[1], Reading(mirror=True))))
-    assert Reading(reading=saved).mirror
-    assert load(pair[1], Reading(reading=saved)).findings.doubts == ()
-    saved.write_text(doctor.reading_text(load(pair[1])))
-    (doubt,) = load(pair[1], Reading(reading=saved)).findings.doubts
-    assert "is the file left-handed? Then say mirror=true" in doubt
 
 
 def test_only_true_mirrors():
@@ -110,12 +99,3 @@ def test_a_mesh_is_mirrored_with_its_body(real_data):
     first = (right.motion.at(slice(0, 1)), mirrored.motion.at(slice(0, 1)))
     posed = [mesh.skinned(each) for mesh, each in zip((ones, others), first, strict=True)]
     np.testing.assert_allclose(posed[1], posed[0] * [-1.0, 1.0, 1.0], atol=1e-6)
-
-
-def test_case(real_data):
-    folder = real_data / "cases/07_mirrored_left_handed"
-    base, left = load(folder / "00_base.bvh"), folder / "18_mirror.bvh"
-    assert any("left-handed" in each for each in load(left).findings.warnings)
-    mirrored = load(left, Reading(mirror=True))
-    np.testing.assert_allclose(mirrored.motion.positions, base.motion.positions, atol=1e-6)
-    assert mirrored.findings.facing == pytest.approx(base.findings.facing)

@@ -57,20 +57,6 @@ def test_it_is_linear_blend_skinning_over_more_frames_than_a_block():
             np.testing.assert_allclose(mesh.skinned(motion)[frame, vertex], expected, atol=1e-12)
 
 
-def test_a_motion_of_the_whole_body_moves_the_mesh_rigidly():
-    mesh = skin()
-    turns = rotation.identity(5, 3)
-    turns[:, 0] = moved(5).rotations[:, 0]
-    skinned = mesh.skinned(body().motion(turns, moved(5).root, 30.0))
-    for frame in skinned:
-        apart = frame[:, None] - frame
-        np.testing.assert_allclose(
-            np.linalg.norm(apart, axis=-1),
-            np.linalg.norm(mesh.vertices[:, None] - mesh.vertices, axis=-1),
-            atol=1e-12,
-        )
-
-
 def test_what_does_not_fit_is_refused():
     mesh = skin()
     with pytest.raises(SkeletonError, match="other indices"):
@@ -82,18 +68,3 @@ def test_what_does_not_fit_is_refused():
     two = Mesh(mesh.vertices, mesh.faces, mesh.weights[:, :2])
     with pytest.raises(SkeletonError, match="cannot follow a body of 3 joints"):
         two.skinned(moved(1))
-
-
-def test_a_character_makes_its_mesh_once_and_only_when_asked():
-    calls = []
-
-    def make() -> Mesh:
-        calls.append(1)
-        return skin()
-
-    plain = body()
-    assert plain.mesh is None
-    who = Character("stick", plain.skeleton, "s", plain.roles, plain.reference_pose, plain.measures, make)
-    assert not calls
-    assert who.mesh is who.mesh
-    assert calls == [1]

@@ -56,23 +56,3 @@ def test_a_treadmill_has_no_other_unit():
     """The body goes up and down as its legs say, and a little to and fro."""
     walk = gait(body(), 60)
     assert list(doubts(replace(walk, root=walk.root * [0.01, 1.0, 0.01]))) == []
-
-
-def test_real_motion_is_not_doubted(real_data):
-    for name in (
-        "lafan1/ground1_subject5.bvh",
-        "dog/Dog_example.bvh",
-        "cmu_bvh/01_01.bvh",
-        "bandai_namco/dataset-1_bow_giant_001.bvh",
-        "same_pairs/SFU/0005_JumpRope001_0.bvh",
-        "mixamo_san/Goblin_m/Jumping.bvh",
-        "gltf/Xbot.glb",
-    ):
-        if (real_data / name).exists():
-            assert list(doubts(load(real_data / name).motion)) == [], name
-
-
-def test_case_of_a_root_in_metres(real_data):
-    path = real_data / "cases/09_root_in_metres_bones_in_cm/19_root_m.bvh"
-    (doubt,) = load(path).findings.doubts
-    assert "100 times too short" in doubt

@@ -11,12 +11,8 @@ import pytest
 from editing_bodies import Bones, body, fingers, gait, twists
 from role_schemes import SCHEMES
 
-from retarget_bench.commands.doctor import reading_text
-from retarget_bench.datasets.puppets.bodies import rigs
-from retarget_bench.datasets.puppets.bodies.characters import BODIES, DOGS
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Motion
-from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.importer import load
 from retarget_bench.motion.role_structure import completed, guess
 from retarget_bench.motion.roles import ESSENTIAL
@@ -58,10 +54,17 @@ def nonsense(motion: Motion, seed: int) -> tuple[Motion, dict[str, int]]:
     return character.motion(motion.rotations[:, np.argsort(place)], motion.root, motion.fps), roles
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("extra", [None, fingers()], ids=["plain", "fingers"])
-def test_a_walk_under_names_that_say_nothing(tmp_path: Path, seed: int, extra: object) -> None:
-    motion, roles = nonsense(gait(body(extra), 60), seed)
+EXTRA: dict[str, Bones] = {
+    "plain": {},
+    "twists beside bones": twists(0.5),
+    "fingers and chained twists": {**fingers(), **twists(0.33, 0.66, chained=True)},
+}
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("extra", EXTRA)
+def test_a_walk_under_names_that_say_nothing(tmp_path: Path, seed: int, extra: str) -> None:
+    motion, roles = nonsense(gait(body(EXTRA[extra]), 60), seed)
     path = tmp_path / "walk.bvh"
     bvh.write(path, motion, scale=100.0)
     imported = load(path)
@@ -182,32 +185,6 @@ def test_names_say_which_side_is_the_left_where_the_rest_pose_does_not() -> None
     assert "perhaps" not in confidence
 
 
-ODD: dict[str, Bones] = {
-    "fingers and chained twists": {**fingers(), **twists(0.33, 0.66, chained=True)},
-    "twists beside bones": twists(0.5),
-    "a prop": {"Grip": ("LeftHand", (0.0, 0.0, 0.5)), "Blade": ("Grip", (0.0, 0.0, 0.9))},
-    "hair": {"Hair0": ("Head", (0.0, 0.1, -0.1)), "Hair1": ("Head", (0.0, 0.1, 0.1))},
-    "a tail": {"T0": ("Hips", (0.0, -0.05, -0.1)), "T1": ("T0", (0.0, -0.1, -0.2))},
-}
-
-
-@pytest.mark.parametrize("rig", ODD)
-def test_a_proposed_file_holds_every_joint_and_is_taken_back(tmp_path: Path, rig: str) -> None:
-    motion, roles = nonsense(gait(body(ODD[rig]), 40), 4)
-    path, proposal = tmp_path / "walk.bvh", tmp_path / "reading.toml"
-    bvh.write(path, motion, scale=100.0)
-    imported = load(path)
-    proposal.write_text(reading_text(imported), encoding="utf-8")
-    again = load(path, Reading(reading=str(proposal)))
-    proposed = Reading(reading=str(proposal)).overrides
-    assert proposed.keys() == set(imported.motion.skeleton.names)
-    assert again.motion.character.roles == imported.motion.character.roles
-    assert again.findings.warnings == ()
-    read = again.motion.skeleton
-    expected = {role: read.index(motion.skeleton.names[joint]) for role, joint in roles.items()}
-    assert right(again.motion.character.joint_of, expected) == (len(MAIN), len(MAIN))
-
-
 def test_a_letter_in_one_name_is_no_side() -> None:
     motion, roles = nonsense(gait(body(), 40), 0)
     skeleton = motion.skeleton
@@ -248,27 +225,3 @@ def test_real_rigs_under_names_that_say_nothing(real_data: Path, rest: bool) -> 
         assert not exchanged(found.joint_of, roles) or "perhaps exchanged" in found.confidence
         assert rest or "perhaps exchanged" not in found.confidence
     assert count >= 0.9 * total
-
-
-def test_puppets_at_rest_under_names_that_say_nothing() -> None:
-    count, total = 0, 0
-    for one in (*BODIES.values(), *DOGS.values()):
-        character = rigs.character(one)
-        skeleton, place = shuffled(character.skeleton, 1)
-        roles = {role: place[joint] for role, joint in character.joint_of.items()}
-        found = guess(skeleton, skeleton.rest_positions[None])
-        assert found is not None
-        here, there = right(found.joint_of, roles)
-        count, total = count + here, total + there
-        assert not exchanged(found.joint_of, roles) or "perhaps exchanged" in found.confidence
-    assert count >= 0.95 * total
-
-
-def test_a_reading_of_roles_is_not_guessed_over(tmp_path: Path) -> None:
-    motion, roles = nonsense(gait(body(), 30), 0)
-    path = tmp_path / "walk.bvh"
-    bvh.write(path, motion, scale=100.0)
-    name = motion.skeleton.names[roles["left_hand"]]
-    imported = load(path, Reading(roles={name: None}))
-    assert "left_hand" not in imported.motion.character.joint_of
-    assert "right_hand" in imported.motion.character.joint_of

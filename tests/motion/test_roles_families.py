@@ -119,7 +119,6 @@ SAME_TWO = trunk(["Spine", "Spine1"], ["Neck"]) | sided("SN", MIXAMO, PARTS, "Le
 
 TABLES = {
     "mixamo_san/std_bvhs/Aj.bvh": MIXAMO_A,
-    "mixamo_san/std_bvhs/Kaya.bvh": MIXAMO_A,
     "mixamo_san/std_bvhs/BigVegas.bvh": {f"newVegas:{name}": role for name, role in MIXAMO_A.items()},
     "mixamo_san/std_bvhs/Goblin_m.bvh": MIXAMO_B5,
     "mixamo_san/std_bvhs/Mousey_m.bvh": MIXAMO_B4,
@@ -131,20 +130,15 @@ TABLES = {
     | CMU_THUMBS
     | {"LeftHandIndex1": "left_index_1", "RightHandIndex1": "right_index_1"},
     "cmu_iclone/002_01.bvh": ICLONE,
-    "cmu_iclone/002_04.bvh": ICLONE,
     "lafan1/Lafan1_example.bvh": LAFAN,
     "bandai_namco/dataset-1_walk_old_001.bvh": BANDAI,
     "dog/Dog_example.bvh": DOG,
-    "same_pairs/lafan1/aiming1_subject1_0.bvh": LAFAN,
     "same_pairs/pfnn/LocomotionFlat01_000_3.bvh": CMU,
-    "same_pairs/SFU/0005_JumpRope001_0.bvh": SAME_TWO,
-    "same_pairs/ACAAD/Female1_A05_PickUpBox_0.bvh": SAME_TWO,
     "same_pairs/result/0.bvh": SAME_TWO,
     "same_pairs/result/3.bvh": SAME_FOUR | sided("SN", MIXAMO, PARTS, "Left", "Right"),
     "same_pairs/result/6.bvh": MIXAMO_BODY,
     "makehuman/makehuman/data/animations/walks/walk1.bvh": MAKEHUMAN_OLD,
     "makehuman/makehuman/data/poses/benchmark.bvh": MAKEHUMAN,
-    "makehuman/makehuman/data/poses/tpose.bvh": MAKEHUMAN,
 }
 """File -> every joint that has a role; all other joints have none."""
 

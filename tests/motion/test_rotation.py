@@ -48,7 +48,6 @@ def unit(v: np.ndarray) -> np.ndarray:
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
-# ----------------------------------------------------------------------------- against other libraries
 @pytest.fixture
 def roma() -> Any:
     """Imported late: it brings torch's compiler, seconds of all processes that collect tests."""
@@ -195,7 +194,6 @@ def test_impossible_orders_are_refused(order: str) -> None:
         rotation.to_euler(np.array(IDENTITY), order)
 
 
-# ------------------------------------------------------------------------- the same code for both kinds
 def cases() -> dict[str, tuple]:
     """Every function with inputs that include its special points, ``(n, ...)`` each."""
     tiny = (1.0, 1e-21, 1e-21, 0.0)  # its square is not a normal number in single precision

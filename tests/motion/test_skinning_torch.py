@@ -48,18 +48,3 @@ def test_bodies_of_a_batch_are_moved_as_alone():
     weights = torch.nn.functional.pad(tensors["weights"], (0, 1, 0, 2))
     padded = [torch.cat([each, each[:, :, :1]], dim=2) for each in moves]
     assert torch.allclose(skinned(vertices, weights, *padded)[:, :, :9], alone, atol=1e-12)
-
-
-def test_gradients_reach_weights_vertices_and_joints():
-    motion = moved(3)
-    mesh = skin()
-    places = bound(mesh, motion.skeleton, torch.float64)
-    leaves = [
-        torch.tensor(values, dtype=torch.float64, requires_grad=True)
-        for values in (mesh.vertices, mesh.weights, motion.positions, motion.global_rotations)
-    ]
-
-    def far(vertices, weights, positions, rotations):
-        return skinned(vertices, weights, *joint_moves(positions, rotations, *places)).norm(dim=-1)
-
-    assert torch.autograd.gradcheck(far, leaves)

@@ -12,7 +12,6 @@ from smpl_files import archive, danced, features, forward, model, parameters
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import files, importer, kinematics, rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.files.listing import motion_files
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.smpl import average, joint_arrays
 from retarget_bench.motion.files.smpl.families import BODY, FAMILIES, SMPL, SMPLH, SMPLX
@@ -32,7 +31,6 @@ def places(recording) -> np.ndarray:
     return kinematics.forward(recording.skeleton, recording.rotations, recording.root)[0]
 
 
-# -------------------------------------------------------------------------------------------- archives
 @pytest.mark.parametrize("family", COMPLETE, ids=lambda each: each.word)
 def test_joints_and_skin_are_where_the_body_model_puts_them(tmp_path, random, family):
     content, body = parameters(random, family), model(random, family, vertices=60 + 2 * len(family))
@@ -176,7 +174,6 @@ def test_the_rate_is_the_file_s_unless_it_is_told(tmp_path, random):
     assert importer.load(broken, Reading(rate=30)).motion.fps == 30.0
 
 
-# ----------------------------------------------------------------------------------------- body models
 @pytest.mark.parametrize(
     ("name", "family"),
     [
@@ -251,7 +248,6 @@ def test_a_body_model_of_another_family_or_for_another_format_is_refused(tmp_pat
         files.read(tmp_path / "a.npz", Reading(body_model=str(tmp_path / "m.txt")))
 
 
-# ---------------------------------------------------------------------------------------- joint arrays
 @pytest.fixture(scope="module")
 def joints() -> np.ndarray:
     """``(200, 22, 3)`` of the average body, Y up."""
@@ -320,12 +316,3 @@ def test_features_are_read_as_the_motion_that_they_were_made_of(tmp_path, joints
     np.save(tmp_path / "b.npy", (columns - columns.mean(axis=0)) / columns.std(axis=0))
     warnings = importer.load(tmp_path / "b.npy").findings.warnings
     assert any("multiplied by Std and moved by Mean" in each for each in warnings)
-
-
-def test_takes_of_a_folder(tmp_path, random, joints):
-    archive(tmp_path / "walk.npz", parameters(random))
-    np.save(tmp_path / "walk.npy", joints)
-    np.save(tmp_path / "run.npy", joints)
-    assert list(motion_files(tmp_path)) == ["run", "walk", "walk.npz"]
-    with pytest.raises(NotSupported, match="holds one motion of one body: leave out take='2'"):
-        files.read(f"{tmp_path / 'walk.npz'}#2")

@@ -146,7 +146,6 @@ def test_without_places_columns_with_a_goal_are_sorted_by_the_factor_that_is_mis
     assert ranked < near < half == twice < none == float("inf")
 
 
-# ---------------------------------------------------------------------------------------------- script
 ROWS = """
 const cell = (tag, sort) => ({ tagName: tag, dataset: sort === null ? {} : { sort } });
 function makeTable(keys) {
@@ -190,9 +189,3 @@ def test_headings_sort_best_first_then_worst_then_as_it_was():
         ["edcba", "descending", None],
         ["bdace", None, None],
     ]
-
-
-def test_without_a_script_the_page_holds_the_whole_table():
-    source = re.sub(r"<script>.*?</script>", "", html([make_table()]), flags=re.DOTALL)
-    assert "<button" not in source  # made by the script alone
-    assert Page(source).text.count("3.32 *") == 2

@@ -25,11 +25,6 @@ def test_the_table_is_drawn_as_ever():
     assert [line for line in lines if line.startswith("|")][: len(ROWS)] == ROWS
 
 
-def test_intervals_stand_below_numbers_on_request():
-    assert "<br>2.91" not in markdown([make_table()])
-    assert "**3.32**<br>2.91–3.80" in markdown([make_table()], intervals=True)
-
-
 @pytest.mark.parametrize("name", HOSTILE)
 def test_names_are_text_and_stay_in_their_cells(name):
     drawn = markdown([make_table(name, name)])

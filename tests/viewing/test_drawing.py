@@ -51,7 +51,6 @@ def has(picture, colour, at_least: int = 1) -> bool:
     return int((pixels(picture) == colour).all(axis=-1).sum()) >= at_least
 
 
-# ----------------------------------------------------------------------------------------- camera
 def test_a_camera_is_a_pinhole():
     """Looking along -Z from 4 m away: similar triangles."""
     camera = Camera(np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, -1]]), 4.0, 100.0, (320.0, 240.0))
@@ -95,7 +94,6 @@ def test_the_outline_of_a_bone_is_convex_and_goes_around_its_discs(ends, first, 
         assert turn.max() <= 1e-6 or turn.min() >= -1e-6
 
 
-# ----------------------------------------------------------------------------------------- bodies
 def test_bodies_are_drawn_where_their_bones_are_and_nowhere_else():
     figure = walker(3, joints=None, planted=None)
     picture = Drawing(scene(figure, ground=LEVEL), DrawingStyle((400, 400), camera="fit"))
@@ -258,7 +256,6 @@ def test_a_skin_is_drawn_where_the_mesh_is():
     assert np.abs(plainly - pixels(stage.picture(0))).max() > 30
 
 
-# ----------------------------------------------------------------------------------------- layout
 def test_a_sheet_has_a_row_per_figure_and_a_column_per_moment():
     figures = [walker(label=f"m{k}", part="prediction") for k in range(3)]
     shown = scene(*figures)

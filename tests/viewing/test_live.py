@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from small_runs import CASE, HERE, OTHER, bvh_file, ran
-from viewing_toys.toy_moves import DOG, body, moving
+from viewing_toys.toy_moves import body, moving
 
 from retarget_bench import cli
 from retarget_bench.errors import BenchError
@@ -25,7 +25,7 @@ from retarget_bench.results import journal, store
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import live
 from retarget_bench.viewer.bodies import Solid
-from retarget_bench.viewer.models import AROUND, PROFILE, Model, tube_faces, tubes
+from retarget_bench.viewer.models import AROUND, PROFILE, tube_faces, tubes
 from retarget_bench.viewer.scene import figure_of
 from retarget_bench.viewer.scene_builder import CaseList
 
@@ -46,7 +46,6 @@ def as_if_running(place: ResultPaths, cases: list[str]) -> None:
         file.write('{"case": "toy_mo')
 
 
-# ----------------------------------------------------------------------------- the list of cases
 def test_a_shelf_has_the_cases_of_finished_results(tmp_path):
     ran(tmp_path, "copy", "raise")
     case_list = CaseList([tmp_path])
@@ -91,7 +90,6 @@ def test_new_cases_of_a_running_run_appear(tmp_path):
     assert begun.scene(CASE).figures[2].message == "no"
 
 
-# ----------------------------------------------------------------------------------------- triangles
 def test_tubes_go_around_their_bones_and_face_outwards():
     ends = np.array(
         [[[0.0, 0, 0], [0, 2.0, 0]], [[1.0, 1, 1], [1.0, 1, 1]], [[3.0, 0, 0], [4.0, 1.0, -1.0]]]
@@ -114,17 +112,6 @@ def test_tubes_go_around_their_bones_and_face_outwards():
     assert tube_faces(3).max() == 3 * AROUND * len(PROFILE) - 1
 
 
-def test_a_model_moves_with_its_figure():
-    figure = figure_of("dog", "motion", moving(body("rex", DOG), 8))
-    model = Model(Solid(figure, (10, 60, 120)))
-    assert len(model.parts) == 3  # the middle, the left, the right
-    for frame in (0, 7):
-        for part, points in zip(model.parts, model.vertices(frame), strict=True):
-            assert part.faces.max() == len(points) - 1
-    moved = model.vertices(7)[0].mean(axis=0) - model.vertices(0)[0].mean(axis=0)
-    assert moved[2] == pytest.approx(7 / 30, abs=0.05)
-
-
 def test_figures_side_by_side_do_not_meet():
     solids = [Solid(figure_of(str(k), "motion", moving(body("a"), 5)), (0, 0, 0)) for k in range(4)]
     shifts = live.beside(solids)
@@ -133,7 +120,6 @@ def test_figures_side_by_side_do_not_meet():
     assert np.abs(shifts[:, 1:]).max() < 1e-9  # they face +Z: their left is +X
 
 
-# ----------------------------------------------------------------------------------------- the page
 @needs_viser
 def test_the_window_shows_what_was_chosen(tmp_path):
     ran(tmp_path, "copy", "raise", "positions")

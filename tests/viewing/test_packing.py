@@ -17,7 +17,6 @@ from viewing_toys.toy_moves import DOG, PERSON, body
 
 from retarget_bench.api import Ground
 from retarget_bench.errors import BenchError
-from retarget_bench.figures import palette
 from retarget_bench.viewer import bodies, player
 from retarget_bench.viewer.packing import STEP, packed
 from retarget_bench.viewer.scene import Figure, Scene
@@ -99,11 +98,6 @@ def test_bodies_are_told_once_and_figures_without_positions_have_words_only():
     assert broken["message"] == "ValueError: no luck at all"
 
 
-def test_source_and_reference_have_their_colours_and_others_theirs_by_place():
-    colours = [each["colour"] for each in packed(scene())["figures"]]
-    assert colours == [palette.SOURCE, palette.REFERENCE, *(palette.COLOURS[place] for place in range(4))]
-
-
 def test_values_that_are_no_numbers_are_left_out():
     original = replace(scene(), values={"good": {"a": 1.5, "b": float("nan"), "c": float("inf")}})
     assert packed(original)["figures"][2]["values"] == {"a": 1.5}
@@ -154,10 +148,3 @@ def test_bodies_are_as_thick_left_as_right_and_no_thicker_than_long(joints):
             assert radii[left].max() <= 0.5 * character.skeleton.bone_lengths[left]
     sides = dict(zip(joints, bodies.sides(character), strict=True))
     assert (sides["LeftArm"], sides["RightFoot"], sides["Spine"]) == ("l", "r", "-")
-
-
-def test_bodies_without_roles_are_drawn_too():
-    snake = many_joints().figures[0].character
-    assert (bodies.radii(snake)[1:] > 0).all()
-    assert bodies.ends(snake) == [199]
-    assert bodies.heads(snake) == []

@@ -36,7 +36,6 @@ def moving_square(count: int) -> list[Image.Image]:
     return [Image.fromarray(each) for each in ground]
 
 
-# ----------------------------------------------------------------------------------------- files
 @pytest.mark.parametrize("kind", ["gif", "webp"])
 @pytest.mark.parametrize(("count", "fps"), [(1, 30.0), (7, 30.0), (12, 24.0)])
 def test_clips_have_every_picture_and_last_as_long_as_the_motion(tmp_path, kind, count, fps):
@@ -115,7 +114,6 @@ def test_clips_that_do_not_fit_in_memory_are_refused(tmp_path):
         clips.check_length(tmp_path / "a.webp", (1000, 1000), 667)
 
 
-# ----------------------------------------------------------------------------------------- what is shown
 def test_frames_are_chosen_in_seconds_and_at_a_rate(tmp_path):
     shown = scene_builder.of_files([bvh_file(tmp_path / "a.bvh", 121, fps=60)])
     assert shown.fps == pytest.approx(60, rel=1e-3)

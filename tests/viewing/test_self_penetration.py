@@ -67,15 +67,6 @@ def test_pictures_stripe_it_in_the_frames_that_have_it(as_surface):
     assert LIT[0] > LIT[2]
 
 
-def test_a_surface_is_drawn_where_its_vertices_are():
-    scene, other = bad(as_surface=True), bad()
-    style = DrawingStyle((200, 200), skin=True)
-    one, two = (np.asarray(Drawing(each, style, [3]).at(3)).astype(int) for each in (scene, other))
-    assert (
-        np.abs(one - two).mean() < 0.5
-    )  # the same vertices; joints, and the camera with them, differ a bit
-
-
 def test_points_are_drawn_in_place_of_a_body():
     chance = np.random.default_rng(3)
     points = tuple(chance.normal((0, 1, 0), 0.1, (200, 3)) for _ in range(2))
