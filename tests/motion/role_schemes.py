@@ -111,6 +111,7 @@ _MIXAMO_ARM = "#Shoulder|#Arm|#ForeArm|#Hand"
 _MIXAMO_LEG = "#UpLeg|#Leg|#Foot|#ToeBase"
 _WORDS = ("Left", "Right")
 _BIPED = "# Clavicle|# UpperArm|# Forearm|# Hand", "# Thigh|# Calf|# Foot|# Toe0"
+_BONES = "shoulder.#|upper_arm.#|forearm.#|hand.#", "thigh.#|shin.#|foot.#|toe.#"
 _SPINES = "spine|spine.001|spine.002|spine.003", "spine.004|spine.005|spine.006"
 _DAZ_TRUNK = "hip|abdomenLower|abdomenUpper|chestLower|chestUpper"
 _CC_ARM = "#_Clavicle|#_Upperarm|[#_UpperarmTwist01]|#_Forearm|[#_ForearmTwist01]|#_Hand"
@@ -141,6 +142,7 @@ SCHEMES = {
         "thigh.#|(thigh.#.001)|shin.#|(shin.#.001)|foot.#|toe.#",
         around=("DEF-", ""),
     ),
+    "metarig": Scheme(*_SPINES, *_BONES),
     "VRM": Scheme(
         "Root/J_Bip_C_Hips|J_Bip_C_Spine|J_Bip_C_Chest|J_Bip_C_UpperChest",
         "J_Bip_C_Neck|J_Bip_C_Head",
@@ -168,6 +170,14 @@ SCHEMES = {
         "#_thigh|[#_thightwist1]|#_shin|#_foot|(#_metatarsal)|#_toes",
         ("l", "r"),
     ),
+    "Maya HumanIK": Scheme(
+        "Reference/Hips|Spine|Spine1|Spine2|Spine3",
+        "Neck|Head",
+        _MIXAMO_ARM,
+        _MIXAMO_LEG,
+        _WORDS,
+        ("Character1_", ""),
+    ),
     "3ds Max Biped": Scheme("/Pelvis|Spine|Spine1|Spine2", "Neck|Head", *_BIPED, around=("Bip001 ", "")),
     "3ds Max CAT": Scheme(
         "Hub001|Spine1|Spine2|Ribcage",
@@ -183,6 +193,12 @@ SCHEMES = {
         "#UpLeg|[#UpLegRoll]|#Leg|[#LegRoll]|#Foot|#ToeBase",
         _WORDS,
     ),
+    "iClone": Scheme(
+        "RL_BoneRoot/CC_Base_Hip|CC_Base_Waist|CC_Base_Spine01|CC_Base_Spine02",
+        "CC_Base_NeckTwist01|CC_Base_NeckTwist02|CC_Base_Head",
+        "CC_Base_#_Clavicle|CC_Base_#_Upperarm|CC_Base_#_Forearm|CC_Base_#_Hand",
+        "CC_Base_#_Thigh|CC_Base_#_Calf|CC_Base_#_Foot|CC_Base_#_ToeBase",
+    ),
     "Character Creator": Scheme(
         "BoneRoot/Hip|Waist|Spine01|Spine02",
         "NeckTwist01|NeckTwist02|Head",
@@ -190,6 +206,7 @@ SCHEMES = {
         _CC_LEG,
         around=("CC_Base_", ""),
     ),
+    "AccuRig": Scheme("Hip|Waist|Spine01|Spine02", "NeckTwist01|NeckTwist02|Head", _CC_ARM, _CC_LEG),
     "Xsens": Scheme(
         "Pelvis|L5|L3|T12|T8",
         "Neck|Head",
@@ -205,6 +222,9 @@ SCHEMES = {
         around=("Skeleton1_", ""),
     ),
     "Vicon": Scheme(*_VICON, ("l", "r")),
+    "Rokoko": Scheme(
+        "Hips|Spine1|Spine2|Spine3|Spine4", "Neck|Head", _MIXAMO_ARM, "#Thigh|#Shin|#Foot|#Toe", _WORDS
+    ),
     "Azure Kinect": Scheme(
         "PELVIS|SPINE_NAVAL|SPINE_CHEST",
         "NECK|HEAD",
@@ -220,7 +240,30 @@ SCHEMES = {
         ("left", "right"),
         ("", "_joint"),
     ),
+    "Source": Scheme(
+        "Pelvis|Spine|Spine1|Spine2|Spine4",
+        "Neck1|Head1",
+        "#_Clavicle|#_UpperArm|#_Forearm|#_Hand",
+        "#_Thigh|#_Calf|#_Foot|#_Toe0",
+        around=("ValveBiped.Bip01_", ""),
+    ),
+    "Auto-Rig Pro": Scheme(
+        "root.x|spine_01.x|spine_02.x|spine_03.x",
+        "neck.x|head.x",
+        "shoulder.#|arm_stretch.#|forearm_stretch.#|hand.#",
+        "thigh_stretch.#|leg_stretch.#|foot.#|toes_01.#",
+        ("l", "r"),
+    ),
+    "SMPL": Scheme(
+        "Pelvis|Spine1|Spine2|Spine3",
+        "Neck|Head",
+        "#_Collar|#_Shoulder|#_Elbow|#_Wrist",
+        "#_Hip|#_Knee|#_Ankle|#_Foot",
+    ),
     "H36M": Scheme("Hip|Spine|Thorax", "Neck|Head", "#Shoulder|#Elbow|#Wrist", "#Hip|#Knee|#Foot"),
+    "CMU": Scheme(
+        "Hips|LowerBack|Spine|Spine1", "Neck|Neck1|Head", _MIXAMO_ARM, f"(#HipJoint)|{_MIXAMO_LEG}", _WORDS
+    ),
     "LAFAN1": Scheme(
         "Hips|Spine|Spine1|Spine2", "Neck|Head", _MIXAMO_ARM, "#UpLeg|#Leg|#Foot|#Toe", _WORDS
     ),
@@ -236,6 +279,13 @@ SCHEMES = {
         "Neck|Head",
         "Shoulder_#|UpperArm_#|LowerArm_#|Hand_#",
         "UpperLeg_#|LowerLeg_#|Foot_#|Toes_#",
+    ),
+    "Truebones": Scheme(
+        "Hips|Chest|Chest2",
+        "Neck|Head",
+        "#Collar|#Shoulder|#Elbow|#Wrist",
+        "#Hip|#Knee|#Ankle|#Toe",
+        _WORDS,
     ),
     "Poser": Scheme(
         "BODY/hip|abdomen|chest",
@@ -257,6 +307,14 @@ SCHEMES = {
         "#UpperArm|#LowerArm|#Hand",
         "#UpperLeg|#LowerLeg|#Foot",
         _WORDS,
+    ),
+    "Second Life": Scheme(
+        "Pelvis|Torso|Chest",
+        "Neck|Head",
+        "Collar#|Shoulder#|Elbow#|Wrist#",
+        "Hip#|Knee#|Ankle#|Foot#",
+        _WORDS,
+        ("m", ""),
     ),
     "Advanced Skeleton": Scheme(
         "Root_M|Spine1_M|Chest_M",
@@ -306,6 +364,9 @@ SCHEMES = {
         "#Arm_Collarbone|#Arm_UpperArm|#Arm_ForeArm1|#Arm_Hand",
         "#Leg_Thigh|#Leg_Calf|#Leg_Foot|#Leg_Toe1",
     ),
+    "MediaPipe": Scheme(
+        "pelvis|torso", "neck|head", "#_shoulder|#_elbow|#_wrist", "#_hip|#_knee|#_ankle", ("left", "right")
+    ),
     "iPi": Scheme(
         "Hip|LowerSpine|MiddleSpine|Chest",
         "Neck|Head",
@@ -318,6 +379,16 @@ SCHEMES = {
         "clavicle_#|arm_#|forearm_#|hand_#",
         "thigh_#|calf_#|foot_#|toe_#",
         ("l", "r"),
+    ),
+    "Sims": Scheme(
+        "ROOT/Pelvis__|Spine0__|Spine1__|Spine2__",
+        "Neck__|Head__",
+        "#_Clavicle__|#_UpperArm__|#_Forearm__|#_Hand__",
+        "#_Thigh__|#_Calf__|#_Foot__|#_Toe__",
+        around=("b__", ""),
+    ),
+    "BVH description": Scheme(
+        "Hips|Chest", "Neck|Head", "#Collar|#UpArm|#LowArm|#Hand", "#UpLeg|#LowLeg|#Foot", _WORDS
     ),
     "German": Scheme(
         "Becken|Wirbelsäule|Brust",
@@ -345,6 +416,12 @@ SCHEMES = {
         "Epaule.#|Bras.#|AvantBras.#|Main.#",
         "Cuisse.#|Jambe.#|Pied.#|Orteils.#",
         ("G", "D"),
+    ),
+    "MMD in Blender": Scheme(
+        "センター|上半身|上半身2",
+        "首|頭",
+        "肩.#|腕.#|(腕捩.#)|ひじ.#|(手捩.#)|手首.#",
+        "足.#|ひざ.#|足首.#|つま先.#",
     ),
     "Nuitrack": Scheme(
         "waist|torso|collar",
@@ -382,12 +459,27 @@ SCHEMES = {
         "Hip#|Knee#|Ankle#|Foot#",
         _WORDS,
     ),
+    "NITE": Scheme(
+        "WAIST|TORSO",
+        "NECK|HEAD",
+        "#_COLLAR|#_SHOULDER|#_ELBOW|#_HAND",
+        "#_HIP|#_KNEE|#_FOOT",
+        ("LEFT", "RIGHT"),
+        ("SKEL_", ""),
+    ),
     "mocopi": Scheme(
         "root|torso_1|torso_2|torso_3|torso_4|torso_5|torso_6|torso_7",
         "neck_1|neck_2|head",
         "#_shoulder|#_up_arm|#_low_arm|#_hand",
         "#_up_leg|#_low_leg|#_foot|#_toes",
         ("l", "r"),
+    ),
+    "SMPL-X": Scheme(
+        "pelvis|spine1|spine2|spine3",
+        "neck|head",
+        "#_collar|#_shoulder|#_elbow|#_wrist",
+        "#_hip|#_knee|#_ankle|#_foot",
+        ("left", "right"),
     ),
     "Nintendo": Scheme(
         "Skl_Root/Waist|Spine_1|Spine_2",
@@ -398,6 +490,12 @@ SCHEMES = {
     "Smash Ultimate": Scheme(
         "Trans|Rot/Hip|Waist|Bust", "Neck|Head", "Clavicle#|Shoulder#|Arm#|Hand#", "Leg#|Knee#|Foot#|Toe#"
     ),
+    "Source 2": Scheme(
+        "pelvis|spine_0|spine_1|spine_2|spine_3",
+        "neck_0|head_0",
+        "clavicle_#|arm_upper_#|arm_lower_#|hand_#",
+        "leg_upper_#|leg_lower_#|ankle_#|ball_#",
+    ),
     "Second Life Bento": Scheme(
         "Pelvis|Spine1|Spine2|Torso|Spine3|Spine4|Chest",
         "Neck|Head",
@@ -405,6 +503,20 @@ SCHEMES = {
         "Hip#|Knee#|Ankle#|Foot#",
         _WORDS,
         ("m", ""),
+    ),
+    "VRChat": Scheme(
+        "Hips|Spine|Chest",
+        "Neck|Head",
+        "# shoulder|# arm|# elbow|# wrist",
+        "# leg|# knee|# ankle|# toe",
+        _WORDS,
+    ),
+    "RE Engine": Scheme(
+        "root/hips|spine_0|spine_1|spine_2",
+        "neck_0|neck_1|head",
+        "#_arm_clavicle|#_arm_humerus|#_arm_radius|#_arm_wrist",
+        "#_leg_femur|#_leg_tibia|#_leg_ankle|#_leg_ball",
+        ("l", "r"),
     ),
     "Call of Duty": Scheme(
         "j_mainroot|j_spinelower|j_spineupper|j_spine4",
@@ -448,6 +560,12 @@ SCHEMES = {
         "#femurYZ|#tibia|#talus",
         ("l", "r"),
     ),
+    "Quaternius": Scheme(
+        "Body/Hips|Abdomen|Torso",
+        "Neck|Head",
+        "Shoulder.#|UpperArm.#|LowerArm.#|Palm.#",
+        "UpperLeg.#|LowerLeg.#|Foot.#",
+    ),
     "Numbers behind sides": Scheme(
         "Hips|Spine1|Spine2", "Neck|Head", "#_Arm_01|#_Arm_02|#_Arm_03", "#_Leg_01|#_Leg_02|#_Leg_03"
     ),
@@ -472,11 +590,24 @@ SCHEMES = {
         "#_upleg|#_lowleg|#_foot|#_ball",
         ("l", "r"),
     ),
+    "Meta Avatars": Scheme(
+        "b_root|b_spine0|b_spine1|b_spine2|b_spine3",
+        "b_neck0|b_head",
+        "b_#_shoulder|b_#_arm|b_#_forearm|b_#_hand",
+        "b_#_upleg|b_#_leg|b_#_foot|b_#_toe",
+        ("l", "r"),
+    ),
     "Hive": Scheme(
         "god_M_root_jnt/spine_M_hips_jnt|spine_M_spine0_jnt|spine_M_spine1_jnt",
         "head_M_neck_jnt|head_M_head_jnt",
         "arm_#_clavicle_jnt|arm_#_upperarm_jnt|arm_#_lowerarm_jnt|arm_#_wrist_jnt",
         "leg_#_upperleg_jnt|leg_#_lowerleg_jnt|leg_#_foot_jnt|leg_#_ball_jnt",
+    ),
+    "Lightwave": Scheme(
+        "Hip|Spine1|Spine2|Chest",
+        "Neck|Head",
+        "Shoulder_#|BiCep_#|ForeArm_#|Hand_#",
+        "Thigh_#|Shin_#|Foot_#|Toes_#",
     ),
     "Italian": Scheme(
         "Bacino|Colonna|Torace",
@@ -516,7 +647,7 @@ SCHEMES = {
     "Acclaim": Scheme(
         "root|lowerback|upperback|thorax",
         "lowerneck|upperneck|head",
-        "#clavicle|#humerus|#radius|#wrist|[#hand]",
+        "#clavicle|#humerus|#radius|#hand",
         "(#hipjoint)|#femur|#tibia|#foot|#toes",
         ("l", "r"),
     ),

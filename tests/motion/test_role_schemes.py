@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from role_schemes import SCHEMES, Scheme
 
-from retarget_bench.motion.role_aliases import finger_of, read
+from retarget_bench.motion.role_aliases import read
 from retarget_bench.motion.role_finding import find
 
 
@@ -39,7 +39,6 @@ def test_words_of_the_body_are_no_prefix() -> None:
     names = ("LeftHand", *(f"LeftHand{finger}{k}" for finger in ("Thumb", "Index") for k in (1, 2)))
     assert [each.stem for each in read(names)] == ["hand", *("handthumb",) * 2, *("handindex",) * 2]
     assert {each.side for each in read(names)} == {"left"}
-    assert finger_of(("f", "index")) == finger_of(("finger", "index")) == "index"
 
 
 @pytest.mark.parametrize(("front", "hind"), [("Front", "Back"), ("front_", "hind_"), ("Fore", "Rear")])
