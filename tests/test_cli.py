@@ -168,6 +168,10 @@ def test_list_shows_one_kind_or_all(bench, bows):
 def test_info_shows_parameters_and_formulas(bench):
     method = " ".join(bench("info", "copy_rotations").out.split())
     assert re.search(r"Parameters root_rule=none\|height\S* \(default \w+\): length whose ratio", method)
+    few, full = (bench("info", "pan", *words).out for words in ((), ("--all",)))
+    assert "and 15 more: bench info pan --all" in few
+    lines = [registry.load("methods", "pan").card.parameters[name] for name in ("variant", "velocity")]
+    assert [[line in text for line in lines] for text in (few, full)] == [[True, False], [True, True]]
     metric = bench("info", "position").out
     assert "mpjpe_h.world" in metric
     assert "formula: 100 * mean over frames and joints of |p - g| / h" in metric
