@@ -69,10 +69,14 @@ def known(factory: Callable[..., Any]) -> tuple[list[Parameter], bool]:
 
 
 def documented(config: type) -> dict[str, str]:
-    """Field -> the docstring under it, in one line, of a dataclass and those that it derives from."""
+    """Field -> the docstring under it, in one line, of a dataclass and those that it derives from; none
+    where there is no source, as of code that was typed in."""
     lines: dict[str, str] = {}
     for each in reversed(config.__mro__[:-1]):
-        body = ast.parse(textwrap.dedent(inspect.getsource(each))).body[0]
+        try:
+            body = ast.parse(textwrap.dedent(inspect.getsource(each))).body[0]
+        except (OSError, TypeError):
+            continue
         assert isinstance(body, ast.ClassDef)
         for field, text in itertools.pairwise(body.body):
             if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):

@@ -47,7 +47,7 @@ ATTACKS = {
     "shared": ("ok", ""),
 }
 MEMORIES = ("remember", "remember_batches")
-QUICK = ("frame", "gc", "setflags", "patch", "print", "folders", "crash", "tamper", "shared")
+QUICK = ("frame", "gc", "setflags", "patch", "print", "folders", "crash", "shared")
 """Attacks that cost neither a time limit nor the process that scores."""
 LIMITS = {"timeout": 4.0, "memory": 0.25, "clips": 1, "jobs": 2}
 
