@@ -16,7 +16,6 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-from retarget_bench.plugins import registry
 from tests import examples  # noqa: F401  (it loads a profile of hypothesis)
 from tests.bench_command import bench  # noqa: F401  (a fixture)
 from tests.drawn_figures import figures  # noqa: F401  (a fixture)
@@ -72,15 +71,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the longest files first; the order of the others, and within files, stays."""
     order = {Path(__file__).parent / name: number for number, name in enumerate(LONGEST)}
     items.sort(key=lambda item: order.get(item.path, len(order)))
-
-
-@pytest.fixture(scope="module", autouse=True)
-def plugins_of_files() -> Iterator[None]:
-    """Plug-ins of files that a module of tests adds are known to no other."""
-    before = dict(registry._FILES)
-    yield
-    registry._FILES.clear()
-    registry._FILES.update(before)
 
 
 @pytest.fixture(scope="session")

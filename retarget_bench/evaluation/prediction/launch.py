@@ -137,7 +137,8 @@ class Spawned:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=errors,
-                env={**environment, MARK: mark},
+                # unbuffered: what a method prints is in the log though its process be killed
+                env={"PYTHONUNBUFFERED": "1", **environment, MARK: mark},
                 start_new_session=True,
             )
         assert self._process.stdin is not None
