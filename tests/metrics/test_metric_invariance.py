@@ -194,7 +194,7 @@ def test_positions_say_the_same_as_rotations(seed: int) -> None:
     case = sides(FRAMES, seed)
     before, after = everything(case), everything(case.by_positions())
     by_turns = {id_ for id_, family in FAMILY.items() if family in ("joint_speed", "rotation", "touch")}
-    assert set(before) - set(after) == by_turns
+    assert set(before) - set(after) == by_turns & set(before)  # speeds are left out of restless references
     assert after == {id_: before[id_] for id_ in after}
 
 
