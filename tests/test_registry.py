@@ -175,6 +175,12 @@ def test_a_field_without_a_default_is_asked_for(tmp_path):
         registry.create("methods", "preset")
 
 
+def test_a_class_config_that_is_no_dataclass_is_the_plug_ins_own_affair(tmp_path):
+    text = "class M:\n    class Config:\n        x = 1\n    def __init__(self, size: int = 3): ...\n"
+    registry.add_file(write(tmp_path, "own", text + "    def retarget(self): ...\nplugin = M\n"))
+    assert parameters.describe(registry.load("methods", "own")) == ["size=int (default 3)"]
+
+
 def test_a_required_parameter_is_asked_for(tmp_path):
     source = (
         "class D:\n    def __init__(self, root: str): ...\n    def cases(self, t, s): ...\nplugin = D\n"

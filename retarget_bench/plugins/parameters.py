@@ -52,7 +52,8 @@ def known(factory: Callable[..., Any]) -> tuple[list[Parameter], bool]:
 
     Those of a class with a dataclass ``Config`` are its fields.
     """
-    factory = getattr(factory, "Config", factory)
+    config = getattr(factory, "Config", None)
+    factory = config if isinstance(config, type) and dataclasses.is_dataclass(config) else factory
     try:
         signature = inspect.signature(factory)
     except (TypeError, ValueError):

@@ -76,9 +76,8 @@ def train_rows(
         spec = registry.canonical("methods", shared.method.with_parameters(**parameters))
         options = replace(shared, method=spec, out=out / "train" / spec.slug, resume=True)
         assert options.out is not None
-        if (
-            earlier := request.read(options.out)
-        ) is not None:  # to go on with a longer one is another training
+        earlier = request.read(options.out)
+        if earlier is not None:  # under a longer budget a row would go on, and the others not
             request.contradicted(earlier, {"budget": shared.budget})
         if finished(options):
             reporter.say(f"{label}: trained already ({options.out})")

@@ -71,8 +71,8 @@ class LearnedMethod:
         if isinstance(card := vars(cls).get("card"), MethodCard):
             cls.card = replace(card, parameters=documented(cls.Config))
 
-    def __init__(self, *values: Scalar, **parameters: Scalar) -> None:
-        self.config = self.Config(*values, **parameters)
+    def __init__(self, **parameters: Scalar) -> None:
+        self.config = self.Config(**parameters)
 
     def facts(self) -> Mapping[str, Scalar]:
         """The parameters that weights depend on: another value needs other weights."""

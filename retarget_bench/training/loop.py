@@ -249,9 +249,8 @@ class Loop:
                 best = Best(self._step, score, scores)
         new = best is not before.best
         exported = self.export() if new else before.exported
-        seconds = (
-            max(self._seconds, self.budget.seconds) if ended else self._seconds
-        )  # nothing is left of it
+        # of a budget that has ended nothing is left, though what follows was quicker than expected
+        seconds = max(self._seconds, self.budget.seconds) if ended else self._seconds
         self.at = Checkpoint(self._step, seconds, {}, best, exported, history)
         state = {f"modules/{name}": each for name, each in self.module.modules.state_dict().items()}
         for phase in self.phases:

@@ -78,7 +78,7 @@ def _read(place: ResultPaths, changed: int) -> StoredResults:
     del changed
     results = store.read_results(place)
     header, waiting = results.header, results.header.waiting
-    label = header.method.label
+    label = header.method.shown
     _, dot, seed = place.method.rpartition(".seed-")
     if dot and seed.isdecimal():  # not the first seed
         label = f"{label}, seed {int(seed)}"
