@@ -106,6 +106,11 @@ class Revision:
         """True from when tasks are options of ``bench run`` and plug-ins are named by their files."""
         return (self.tree / "retarget_bench" / "options.py").exists()
 
+    @property
+    def turns_arms_out(self) -> bool:
+        """True from when ``bench retarget`` turns arms out of the body unless it is told to keep them."""
+        return (self.tree / "retarget_bench" / "motion" / "editing" / "arms.py").exists()
+
     @cached_property
     def main_job(self) -> Path:
         return self.run("main")
@@ -314,7 +319,7 @@ def _tensors(path: Path, prefix: str) -> str:
 
 
 def retargeted(revision: Revision) -> Facts:
-    """Bytes of retargeted files, and verdicts on them."""
+    """Bytes of retargeted files with arms as the method leaves them, and verdicts on them."""
     assert revision.data is not None
     sources = (
         *("lafan1/Lafan1_example.bvh", "cmu_bvh/01_01.bvh", "cmu_asfamc/02_01.amc"),
@@ -329,6 +334,7 @@ def retargeted(revision: Revision) -> Facts:
             pair = f"{source.stem} to {target.stem}"
             out, report = folder / f"{pair}{target.suffix}", folder / f"{pair}.json"
             words = ("--target", target, "-o", out, "--report", report, "--quiet", "--overwrite")
+            words += ("--arms", "keep") * revision.turns_arms_out
             text = revision.bench("retarget", source, *words, fails=True)
             if not out.exists():
                 yield ("retarget", pair), _without_paths(revision, text)
