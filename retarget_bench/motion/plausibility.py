@@ -64,6 +64,7 @@ def _between_units(motion: Motion) -> float:
     ratios = np.array([level[0] / level[1], upright[0] / upright[1]])
     if not (ratios.min() > _SHORT or ratios.max() < 1.0 / _LONG):
         return 0.0
-    ratio = float(np.sqrt(ratios.prod()))
     factors = np.array([*_FACTORS, *(1.0 / each for each in _FACTORS)])
-    return float(factors[np.abs(np.log(factors / ratio)).argmin()])
+    apart = np.abs(np.log(factors / np.sqrt(ratios.prod())))
+    # a root that rests but for rounding is in the ratio of no two units
+    return float(factors[apart.argmin()]) if apart.min() < np.log(_SHORT) else 0.0

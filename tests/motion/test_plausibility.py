@@ -56,3 +56,8 @@ def test_a_treadmill_has_no_other_unit():
     """The body goes up and down as its legs say, and a little to and fro."""
     walk = gait(body(), 60)
     assert list(doubts(replace(walk, root=walk.root * [0.01, 1.0, 0.01]))) == []
+
+
+def test_a_root_that_rests_but_for_rounding_has_no_other_unit():
+    walk = gait(body(), 60)
+    assert list(doubts(replace(walk, root=walk.root[:1] + 1e-6 * walk.root))) == []
