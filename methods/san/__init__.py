@@ -21,7 +21,7 @@ from retarget_bench.training.layers.skeletal.features import unfit
 from retarget_bench.training.layers.skeletal.method import SkeletalMethod
 from retarget_bench.training.layers.trained_structures import not_among, unknown
 
-from .settings import DIFFERS, SETTINGS, SanConfig, Settings
+from .settings import DIFFERS, VARIANTS, SanConfig, Settings
 from .skeleton import layout_of
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class San(SkeletalMethod):
 
     def __init__(self, **parameters: Any) -> None:
         super().__init__(**parameters)
-        self.settings: Settings = SETTINGS[self.config.variant].overridden(self.config)
+        self.settings: Settings = VARIANTS[self.config.variant].overridden(self.config)
         differs = DIFFERS if self.config.variant == "own" else {}
         self.card = replace(type(self).card, differs=differs, needs=self._privileged())
 

@@ -17,7 +17,6 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
-from .ablations import ABLATIONS
 from .config import SmrmConfig
 from .features import Features, unfit
 from .inference import retargeted
@@ -74,7 +73,6 @@ class SMRM(LearnedMethod):
     Config = SmrmConfig
     config: SmrmConfig
     answering = ("path", "variant")
-    ablations = ABLATIONS
     card = MethodCard(
         name="smrm",
         title="SMRM",

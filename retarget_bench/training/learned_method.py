@@ -16,12 +16,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from retarget_bench.api import Context, MethodCard
+from retarget_bench.api import Ablation, Context, MethodCard
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.parameters import documented
 from retarget_bench.plugins.spec import Scalar, Spec
+from retarget_bench.training import variants
 from retarget_bench.training import weights as bundles
 from retarget_bench.training.authors import LABEL, AuthorsWeights
 from retarget_bench.training.tensor_files import verify
@@ -155,9 +156,22 @@ class LearnedMethod:
     @classmethod
     def shipped(cls) -> dict[str, Path]:
         """Name -> card of the weights that lie beside the method's module."""
-        module = getattr(sys.modules.get(cls.__module__), "__file__", None)
-        cards = sorted((Path(module).parent / "weights").glob("*.json")) if module else []
+        folder = cls._folder()
+        cards = sorted((folder / "weights").glob("*.json")) if folder else []
         return {path.stem: path for path in cards}
+
+    @classmethod
+    def _folder(cls) -> Path | None:
+        """Where the method's module is; None where it is in no file."""
+        module = getattr(sys.modules.get(cls.__module__), "__file__", None)
+        return Path(module).parent if module else None
+
+    @property
+    def ablations(self) -> Mapping[str, Ablation]:
+        """Those in ``ablations.toml`` beside the method's module."""
+        folder = self._folder()
+        path = folder / "ablations.toml" if folder else None
+        return variants.read(path, Ablation) if path and path.exists() else {}
 
     @classmethod
     def card_of(cls, weights: str) -> Mapping[str, Any]:

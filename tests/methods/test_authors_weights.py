@@ -18,7 +18,7 @@ from torch import Tensor
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.settings import BETWEEN_LEGS, SETTINGS
+from retarget_bench.methods.pan.settings import VARIANTS
 from retarget_bench.methods.r2et import R2ET
 from retarget_bench.methods.same import Same
 from retarget_bench.methods.san import San
@@ -32,10 +32,10 @@ STRUCTURES = {"S23": "mixamo-A", "S28": "mixamo-B", "human": "lafan22", "dog": "
 @pytest.fixture
 def small(monkeypatch):
     """PAN in the sizes of the networks whose answers we have."""
-    for variants in (SETTINGS, BETWEEN_LEGS):
-        released = variants["released"]
+    for name in ("released", "released_three"):
+        released = VARIANTS[name]
         design = replace(released.design, width=16, skeleton=16, feedforward=64)
-        monkeypatch.setitem(variants, "released", replace(released, design=design))
+        monkeypatch.setitem(VARIANTS, name, replace(released, design=design))
 
 
 @pytest.fixture
