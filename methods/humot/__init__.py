@@ -83,9 +83,6 @@ class HuMoT(LearnedMethod):
         "ablation": TrainingConfig(
             steps=5000, batch=4, window=30, rate=7e-4, schedule="cosine", warm_up=50, validate=2500
         ),
-        "quick": TrainingConfig(
-            steps=20, batch=8, window=30, rate=1e-3, validate=20, cases=2, average=0.999
-        ),
     }
 
     @property

@@ -37,17 +37,6 @@ PRESETS = {
     ),
     "default": _DEFAULT,
     "gpu": on_gpu(_DEFAULT, precision="bfloat16"),  # half as fast again, results/measurements.md
-    "quick": TrainingConfig(
-        steps=60,
-        batch=8,
-        window=64,
-        rate=1e-3,
-        schedule="cosine",
-        warm_up=10,
-        validate=30,
-        cases=4,
-        average=0.998,
-    ),
 }
 """No paper prints any; ``paper`` is the longest that we know to pay."""
 

@@ -92,9 +92,6 @@ class Pan(SkeletalMethod):
         "ablation": TrainingConfig(
             steps=5000, batch=4, window=32, rate=3e-4, schedule="cosine", warm_up=100, validate=2500
         ),
-        "quick": TrainingConfig(
-            steps=20, batch=8, window=16, rate=1e-3, validate=20, cases=2, average=0.999
-        ),
     }
 
     def __init__(self, **parameters: Any) -> None:

@@ -1,7 +1,7 @@
 """R2ET, its skeleton-aware part: copied rotations, changed as two skeletons ask; learned without pairs."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
@@ -79,7 +79,6 @@ class R2ET(LearnedMethod):
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(steps=30 * 1952 // 32, batch=32, window=60, rate=1e-3, schedule="cosine"),
         "default": DEFAULT,
-        "quick": replace(DEFAULT, steps=30, batch=4, window=16, warm_up=5, validate=15, cases=2),
     }
     """The paper's rate falls to a tenth after two thirds of its 30 epochs of 1952 clips, not smoothly."""
 

@@ -79,9 +79,6 @@ class San(SkeletalMethod):
             validate=200,
             average=0.999,
         ),
-        "quick": TrainingConfig(
-            steps=20, batch=8, window=32, rate=1e-3, validate=20, cases=2, average=0.999
-        ),
     }
 
     def __init__(self, **parameters: Any) -> None:

@@ -1,7 +1,6 @@
 """SMRM, the recurrent retargeter of correspondence-free online retargeting: two GRUs and kinematics."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -107,7 +106,6 @@ class SMRM(LearnedMethod):
                 steps=1000 * 2330 // 16, batch=16, window=self.config.context, rate=1e-4, validate=2500
             ),
             "default": default,
-            "quick": replace(default, steps=60, batch=16, warm_up=10, validate=30, cases=4),
         }
 
     @property
