@@ -10,6 +10,7 @@ import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.motion import body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training import weights
@@ -105,7 +106,7 @@ class R2ET(LearnedMethod):
         return released.at(path)
 
     def unfit(self, character: Character) -> str:
-        return features.unfit(character)
+        return body22.unfit(character, self.card.name)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         """``rotations`` ``(frames, 22, 4)`` and ``positions`` ``(frames, 22, 3)`` centimetres as the losses

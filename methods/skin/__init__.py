@@ -156,8 +156,8 @@ class SKIN(LearnedMethod):
         joints = self._skeletons(body).mean(axis=0)
         mesh = mesh_of(target)
         shares = self.shares(mesh.vertices, joints)
-        matrices = rotation.to_matrix(moves["turns"][:, list(body22.Body22(target).joints)])
-        hips = source.positions[:, body22.Body22(source.character).joints[0]]
+        matrices = rotation.to_matrix(moves["turns"][:, list(body22.Body22.of(target).joints)])
+        hips = source.positions[:, body22.Body22.of(source.character).joints[0]]
         hips = hips - np.einsum("fab,b->fa", matrices[:, 0], body.resting[0])
         shifts = transforms_of(joints, matrices, hips)
         tensors = (torch.from_numpy(each) for each in (mesh.vertices, shares, matrices, shifts))

@@ -8,6 +8,7 @@ import numpy as np
 import torch
 
 from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.motion import body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Scalar
@@ -17,7 +18,7 @@ from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
 from .config import SmrmConfig
-from .features import Features, unfit
+from .features import Features
 from .inference import retargeted
 from .network import Generator
 from .training import SmrmTraining
@@ -120,7 +121,7 @@ class SMRM(LearnedMethod):
         return {**super().facts(), "adversarial": config.adversarial_weight, "same": config.same_share}
 
     def unfit(self, character: Character) -> str:
-        return unfit(character)
+        return body22.unfit(character, self.card.name)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         return self.features.see(motion)
