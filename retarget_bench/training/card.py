@@ -54,6 +54,7 @@ def card(run: Run, folder: Path) -> Record:
     unwatched = [] if run.best else [UNWATCHED]
     return replace(
         run.record,
+        recipe=replace(run.recipe, steps=run.limit.steps),  # of the preset's none where time was limited
         seconds=round(run.seconds),
         curve=log.losses(folder, POINTS),
         notes=[*run.notes, *unwatched],

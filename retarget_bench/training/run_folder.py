@@ -41,7 +41,7 @@ def save(folder: Path, run: Run, tensors: Mapping[str, Tensor]) -> Run:
     """
     arrays = {name: _array(each) for name, each in tensors.items()}
     run = tensor_files.write(folder / NAME, run, arrays, _file(folder, run))
-    for path in folder.glob("*step-*.safetensors"):  # also what a killed process left half written
+    for path in folder.glob("*step-[0-9]*.safetensors"):  # also what a killed process left half written
         if path != _file(folder, run):
             path.unlink(missing_ok=True)
     return run

@@ -139,13 +139,10 @@ def read_weights(record: Path, written: str) -> dict[str, np.ndarray]:
 def verify(record: Path, written: str) -> None:
     """Compare weights with what their record says, once for each state of their file. Raises FileError."""
     file = arrays_of(record)
-    try:
-        state = file.stat()
-    except OSError as error:
-        raise FileError(file, f"cannot be read ({error.strerror}); train it anew") from error
-    _verified(record, written, state.st_mtime_ns, state.st_size)
+    state = file.stat() if file.exists() else None
+    _verified(record, written, state and (state.st_mtime_ns, state.st_size))
 
 
 @lru_cache(maxsize=128)
-def _verified(record: Path, written: str, _changed: int, _size: int) -> None:
+def _verified(record: Path, written: str, _state: tuple[int, int] | None) -> None:
     read_weights(record, written)

@@ -122,9 +122,9 @@ def _train(
     validator = _validator(data, module, config.cases, left * LEAST, device, reporter)
     drawn = time.perf_counter()
 
-    def write(weights_of: Mapping[str, torch.Tensor]) -> None:
+    def write(chosen: Mapping[str, torch.Tensor]) -> None:
         """Weights with their card."""
-        weights.write(folder, weights.BEST, weights_of, card(loop.at, folder))
+        weights.write(folder, weights.BEST, chosen, card(loop.at, folder))
 
     def draw() -> None:
         log.draw(folder, f"{run.scored_as} on {data.label.strip()}")
@@ -263,7 +263,7 @@ def _extended(folder: Path, run: Run, budget: str | None) -> Run:
     if not budget:
         contradicted("budget", run.budget, budget)
     limit = Budget.parse(budget)
-    longer = replace(run, budget=budget, recipe=replace(run.recipe, steps=limit.steps))
+    longer = replace(run, budget=budget, recipe=replace(run.recipe, steps=limit.steps or run.recipe.steps))
     if longer.ended:
         raise BenchError(
             f"{folder} holds a run of {run.steps} steps in {run.seconds:.0f} s, and a budget of {budget} "
@@ -284,7 +284,7 @@ def _new(options: TrainingOptions, method: Spec) -> Run:
         raise BenchError(f"{method.name} has no preset {name!r}; there are {', '.join(offered)}")
     config = offered[name]
     if options.budget:
-        config = replace(config, steps=Budget.parse(options.budget).steps)
+        config = replace(config, steps=Budget.parse(options.budget).steps or config.steps)
     config = replace(config, precision=options.precision or config.precision)
     if options.augment:
         config = replace(config, augmentation=_augmentation(method, built, config))
