@@ -19,7 +19,6 @@ from retarget_bench.training.record import Record, Run
 POINTS = 40
 """Of the loss curve on a card."""
 OTHER_DATA = "{} is no longer the data that this run began with; train anew in another folder"
-UNPARTED = "the data set has no validation part"
 UNKNOWN = "what the weights that training began with have seen is not known in full"
 UNWATCHED = "no weights were chosen by validation, these are the last ones"
 

@@ -16,7 +16,7 @@ from retarget_bench.evaluation.header_builder import versions
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import joint_datasets, log, parallel, run_folder, weights
-from retarget_bench.training.card import OTHER_DATA, UNKNOWN, UNPARTED, UNWATCHED, card, completed
+from retarget_bench.training.card import OTHER_DATA, UNKNOWN, UNWATCHED, card, completed
 from retarget_bench.training.config import Augmentation, Budget, TrainingConfig, presets
 from retarget_bench.training.contract import LearnsFromPairs
 from retarget_bench.training.data import TrainingData, gather
@@ -168,7 +168,7 @@ def _validator(
     0: none."""
     if parallel.rank() > 0:
         return None
-    why = UNPARTED
+    why = "the data set has no validation part"
     if (aside := optional.validation(data)) is not None:
         if validator := Validator(aside, module.method(), cases, device, reporter.loading):
             every = len(validator)
