@@ -42,7 +42,7 @@ class Augmentation:
 class TrainingConfig:
     """One preset of a method. A budget on the command line replaces ``steps``.
 
-    steps:     training steps.
+    steps:     training steps; 0 on a card: a budget of time took their place.
     batch:     rows of a batch, over all processes together.
     window:    frames of a window, at ``fps``.
     rate:      learning rate, the highest of the schedule.

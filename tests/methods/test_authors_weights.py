@@ -171,7 +171,7 @@ def test_they_are_known_by_their_bytes_and_as_the_authors(folders, name):
     assert built.weights_label == f"authors-{built.weights_hash[:8]}"
     again = of_weights(plugin, str(folder))
     assert again.facts() == built.facts()
-    assert again.weights_card["notes"][0].startswith("the authors' weights")
+    assert again.weights_card.notes[0].startswith("the authors' weights")
     spec = Spec(plugin, {"variant": "released", **({"parts": "three"} if name == "three" else {})})
     label = bound.method(spec.with_parameters(weights=str(folder))).known_as
     assert label == spec.with_parameters(weights=built.weights_label)
