@@ -19,7 +19,6 @@ from retarget_bench.motion.character import Character
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import pair_data
-from retarget_bench.training.config import presets
 from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.training.pair_data import gather_pairs
 from tests.in_process import carried_out_here
@@ -50,7 +49,7 @@ def material() -> TrainingData:
 def training(material: TrainingData) -> PairedTraining:
     torch.manual_seed(0)
     method = Paired()
-    return method.training_module(material, presets(method)["quick"])
+    return method.training_module(material, method.presets["default"])
 
 
 def batch(training: PairedTraining, rows: int = 4, seed: int = 1) -> Row:

@@ -140,7 +140,7 @@ def test_a_case_that_gets_no_answer_is_told_of_and_chooses_nothing(toy_run, monk
         ({"method": None}, "holds no run to go on with; bench train METHOD begins one"),
         ({"data": None}, "say what to train on: -d DATASET"),
         ({"method": "copy_rotations"}, "copy_rotations has nothing to train"),
-        ({"preset": "papre"}, "toy_trainee has no preset 'papre'; there are gpu, default, quick, wild"),
+        ({"preset": "papre"}, "toy_trainee has no preset 'papre'; there are gpu, quick, default, wild"),
         ({"budget": "soon"}, "'soon' is no budget; write time as"),
         ({"data": "toy_walks[kind=empty]"}, "toy_walks has no training motion"),
         ({"method": "toy_trainee[does=pick]"}, "toy_trainee needs motion of two characters"),

@@ -107,7 +107,7 @@ def test_every_training_has_its_configs() -> None:
     for each in release.TRAININGS:
         method: Any = bound.method(Spec.parse(each.method)).built
         gpu, default = (presets(method)[name] for name in ("gpu", "default"))
-        assert "quick" in method.presets
+        assert "quick" in presets(method)
         assert method.config.weights in method.shipped() or not method.shipped()
         assert (gpu.window, gpu.rate, gpu.validate) == (default.window, default.rate, 300)
     # A GPU is lent for half an hour: data made beforehand and tables made afterwards take none of it.
