@@ -163,10 +163,10 @@ def trained(method: Any) -> Iterator[str]:
     yield "|---|---|---:|---:|---|"
     for name, stage in method.stages.items():
         card = stage.weights_card
-        earlier = " (+ earlier)" if card.get("init") else ""
-        hours = f"{card['seconds'] / 3600:.1f}{earlier}"
-        data = f"`{card['data']['spec']}`"
-        yield cases.row(name, [card["hash"], f"{card['steps']}{earlier}", hours, data])
+        earlier = " (+ earlier)" if card.init else ""
+        hours = f"{card.seconds / 3600:.1f}{earlier}"
+        data = f"`{card.data.spec}`"
+        yield cases.row(name, [card.hash, f"{card.steps}{earlier}", hours, data])
 
 
 def main() -> None:

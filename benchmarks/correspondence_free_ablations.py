@@ -12,7 +12,6 @@ points of held-out puppets, with the same SKR and SKIN. Writes the part "Ablatio
 from __future__ import annotations
 
 import argparse
-import json
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
@@ -27,6 +26,7 @@ from retarget_bench.evaluation import plan
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Scalar, Spec
 from retarget_bench.python.ablations import published
+from retarget_bench.training import run_folder
 
 PAGE = Path(__file__).parents[1] / "results" / "correspondence_free.md"
 TRAINED = "puppets[size=default,bodies=200]"
@@ -35,16 +35,16 @@ TESTED = "puppets[size=default]"
 
 def train(method: Spec, folder: Path, options: argparse.Namespace) -> int:
     """Train SMRM up to so many steps, and return them. Raises SystemExit where training fails."""
-    checkpoint = folder / "checkpoint.json"
-    begun = json.loads(checkpoint.read_text()) if checkpoint.exists() else None
-    if begun is None or begun["step"] < options.steps:
+    begun = run_folder.read(folder)
+    if begun is None or begun.steps < options.steps:
         new = [str(method), *(f"-d{each}" for each in options.dataset), "--precision", options.precision]
         arguments = ["--resume"] if begun else [*new, "--jobs", "1", "--seed", str(options.seed)]
         command = [sys.executable, "-m", "retarget_bench", "train", *arguments]
         complete = [*command, "--budget", f"{options.steps}it", "--out", str(folder)]
         if subprocess.run(complete, check=False).returncode:
             raise SystemExit(f"{method}: training ended with an error, see above")
-    return int(json.loads(checkpoint.read_text())["step"])
+    trained = run_folder.read(folder)
+    return trained.steps if trained else 0
 
 
 def lines(

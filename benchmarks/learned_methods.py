@@ -215,12 +215,12 @@ def curves(cards: dict[str, Any], path: Path) -> None:
     rows = -(-len(cards) // columns)
     figure, panels = plt.subplots(rows, columns, figsize=(12, 2.6 * rows), layout="tight", squeeze=False)
     for panel, (name, card) in zip(panels.flat, cards.items(), strict=False):
-        validation = card["validation"]
+        validation = card.validation
         for split, colour in zip(("self", "intra", "cross"), palette.COLOURS, strict=False):
-            errors = [each["scores"][split][ALIGNED] for each in validation]
-            minutes = [each["seconds"] / 60 for each in validation]
+            errors = [each.scores[split][ALIGNED] for each in validation]
+            minutes = [each.seconds / 60 for each in validation]
             panel.plot(minutes, errors, marker=".", label=split, color=colour)
-        begun = " (continued)" if card["init"] else ""  # from other weights
+        begun = " (continued)" if card.init else ""  # from other weights
         panel.set_title(name.replace("[", "\n[") + begun, fontsize=9)
         panel.set(xlim=(0, None), ylim=(0, 1.05 * panel.get_ylim()[1]))
     for panel in panels.flat[len(cards) :]:

@@ -11,7 +11,6 @@ cases. Writes the end of ``results/learned.md`` and, of errors on validation ove
 from __future__ import annotations
 
 import argparse
-import json
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -24,6 +23,7 @@ import retarget_bench as rb
 from retarget_bench import defaults
 from retarget_bench.figures import palette
 from retarget_bench.files import atomic, write_text
+from retarget_bench.training import run_folder, weights
 
 PROJECT = Path(__file__).parents[1]
 PAIRS = {
@@ -50,13 +50,10 @@ def run_of(method: str, out: Path) -> Path:
 def train(method: str, data: list[str], minutes: float, out: Path) -> None:
     """Train a method up to so many minutes. Raises SystemExit where training ends with an error."""
     folder = run_of(method, out)
-    checkpoint = folder / "checkpoint.json"
-    trained = json.loads(checkpoint.read_text())["seconds"] / 60 if checkpoint.exists() else 0.0
-    if trained >= minutes * 0.99:
+    begun = run_folder.read(folder)
+    if begun and begun.seconds / 60 >= minutes * 0.99:
         return
-    arguments = (
-        ["--resume"] if checkpoint.exists() else [method, *(f"-d{each}" for each in data), "--jobs", "1"]
-    )
+    arguments = ["--resume"] if begun else [method, *(f"-d{each}" for each in data), "--jobs", "1"]
     command = [sys.executable, "-m", "retarget_bench", "train", *arguments]
     budget = ["--budget", f"{minutes:g}m", "--out", str(folder)]
     if subprocess.run([*command, *budget], check=False).returncode:
@@ -71,10 +68,10 @@ def with_weights(method: str, out: Path) -> str:
 
 def curve(method: str, out: Path) -> tuple[list[float], list[float]]:
     """(minutes of training, MPJPE across structures on validation in % of height)"""
-    validation = json.loads((run_of(method, out) / "checkpoint.json").read_text())["validation"]
+    validation = weights.read_card(run_of(method, out)).validation
     return (
-        [each["seconds"] / 60 for each in validation],
-        [each["scores"]["cross"]["mpjpe_h.world"] for each in validation],
+        [each.seconds / 60 for each in validation],
+        [each.scores["cross"]["mpjpe_h.world"] for each in validation],
     )
 
 
@@ -101,8 +98,8 @@ def facts(method: str, out: Path) -> str:
     """Minutes and steps of a run, as cells of a table."""
     if method in UNTRAINED:
         return "| | "
-    checkpoint = json.loads((run_of(method, out) / "checkpoint.json").read_text())
-    return f"| {checkpoint['seconds'] / 60:.0f} | {checkpoint['step']} "
+    trained = weights.read_card(run_of(method, out))
+    return f"| {trained.seconds / 60:.0f} | {trained.steps} "
 
 
 def table(title: str, results: rb.Results, out: Path) -> Iterator[str]:

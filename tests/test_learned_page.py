@@ -22,6 +22,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
 from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.training.phases import optimiser_phases, to_device
+from retarget_bench.training.record import Record
 
 sys.path.insert(0, str(Path(__file__).parent / "methods"))
 from method_bodies import body, dance, without
@@ -94,7 +95,7 @@ def test_its_weights_are_stored_and_found_by_their_path(pair, trained, tmp_path)
     module, _ = trained
     plain = registry.create("methods", "learned_pose")
     assert "bench train learned_pose" in str(plain.supports(source.character, right.character))
-    facts = {"method": "learned_pose", "version": plain.card.version, "facts": plain.facts()}
+    facts = Record(method="learned_pose", version=plain.card.version, facts=plain.facts())
     weights.write(tmp_path, weights.BEST, module.export(), facts)
     loaded = registry.create("methods", Spec("learned_pose", {"weights": str(tmp_path)}))
     answer, exact = answered(loaded, source, right), answered(module.method(), source, right)

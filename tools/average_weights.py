@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
 from retarget_bench.training.learned_method import LearnedMethod
+from retarget_bench.training.record import Record
 
 
 @click.command()
@@ -37,7 +39,7 @@ def command(method: str, run: Path, share: float) -> None:
     if place is None:
         raise BenchError(f"{method} has no shipped weights, so there is nothing to take a mean with")
     before, after = weights.read(place), weights.read(run)
-    if (init := after.card["init"]) != before.hash:
+    if (init := after.card.init) != before.hash:
         raise BenchError(
             f"{run} did not begin from the shipped weights of {method}, but from {init or 'none'}"
         )
@@ -54,14 +56,13 @@ def mean(before: Mapping[str, Tensor], after: Mapping[str, Tensor], share: float
     }
 
 
-def card(trained: Mapping[str, Any], share: float) -> dict[str, Any]:
+def card(trained: Record, share: float) -> Record:
     """The run's card, which says what its weights are a mean of; its own scores are another's."""
-    entries = {name: each for name, each in trained.items() if name not in ("hash", "schema")}
     note = (
-        f"a mean of weights: {share:g} of this training's ({trained['hash']}), {1 - share:g} of those that "
-        f"it began from ({trained['init']}); curve and validation are of this training's own"
+        f"a mean of weights: {share:g} of this training's ({trained.hash}), {1 - share:g} of those that "
+        f"it began from ({trained.init}); curve and validation are of this training's own"
     )
-    return {**entries, "notes": [note, *entries["notes"]]}
+    return replace(trained, notes=[note, *trained.notes])
 
 
 def main() -> None:

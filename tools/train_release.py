@@ -39,7 +39,7 @@ from retarget_bench.python.running import run
 from retarget_bench.tables import requested
 from retarget_bench.tables.rendering import markdown
 from retarget_bench.tables.requested import Request
-from retarget_bench.training import joint_datasets, parallel, prepare, request, weights
+from retarget_bench.training import joint_datasets, parallel, prepare, run_folder, weights
 from retarget_bench.training.settings import TrainingSettings
 from retarget_bench.training.train import TrainingOptions, finished, train
 from retarget_bench.training.validate import Validator
@@ -179,13 +179,13 @@ def trained(options: TrainingOptions, device: torch.device, cases: int) -> Verdi
     if place.exists():
         return Verdict(**json.loads(place.read_text(encoding="utf-8")))
     if not finished(options):
-        begun = request.read(options.out) is not None
+        begun = run_folder.read(options.out) is not None
         with closing(ConsoleReporter()) as reporter:
             click.echo(f"{options.method}: {'going on' if begun else 'training'}, {options.budget}")
             train(options if begun else with_initial_weights(options), reporter)
     new, name = weights.read(options.out), str(options.method)
     before, after = validated(options, device, cases)
-    verdict = Verdict(name, int(new.card["steps"]), float(new.card["seconds"]), before, after, new.hash)
+    verdict = Verdict(name, new.card.steps, new.card.seconds, before, after, new.hash)
     if verdict.shipped:
         built: Any = bound.method(options.method).built
         folder = Path(sys.modules[type(built).__module__].__file__ or "").parent / "weights"

@@ -10,7 +10,7 @@ from torch.nn.functional import elu
 from torch.utils.data import default_collate
 
 from retarget_bench.api import MethodCard
-from retarget_bench.motion import facing, rates, root_rules, rotation
+from retarget_bench.motion import facing, rates, rotation
 from retarget_bench.motion.body22 import JOINTS, SKELETON, Body22, unfit
 from retarget_bench.motion.kinematics_torch import Tree, forward
 from retarget_bench.training.config import TrainingConfig
@@ -129,10 +129,6 @@ class LearnedPose(LearnedMethod):
 
     def training_module(self, training_data, config):
         return Training(training_data, config, Network(self.config.width), self.using)
-
-    def supports(self, source, target):
-        unsized = root_rules.reason("hip_height", source, target)
-        return self.untrained or self.unfit(source) or self.unfit(target) or unsized
 
     def retarget(self, source, target, *, context):
         seen = default_collate([see(rates.at_thirty(source)) | {"bones": bones(source.character)}])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retarget_bench.api import Ablation, Context, MethodCard, Prediction
+from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
@@ -23,27 +23,6 @@ if TYPE_CHECKING:
     from .network import Autoencoder
     from .training import HumotTraining
 
-
-ABLATIONS = {
-    "losses": Ablation(
-        title="HuMoT: joint subsampling, consistent bone lengths, and what is ours",
-        tables=("humot-table3", "humot-table4", "humot-table5"),
-        rows={
-            "HuMoT, no SJS": {"subsampling": False},
-            "HuMoT, no BLC": {"consistency": 0.0},
-            "HuMoT, bodies in their own sizes": {"sized": False},
-            "HuMoT, bodies and limbs as they are": {"varied": False},
-            "HuMoT": {},
-        },
-        notes=(
-            "Printed are the paper's means over pairs (overall); ours are over all pairs of the data.",
-            "The paper has neither the usual size nor varied bodies: humot[sized=false,varied=false].",
-            "Printed numbers are on Mixamo's test clips, after fine-tuning on others of Mixamo.",
-            "The paper's Table 2 has the same rows by reconstruction: bench run --task reconstruct with "
-            "the weights that this command leaves in its folder, then bench table --paper humot-table2.",
-        ),
-    )
-}
 
 DEFAULT = TrainingConfig(
     steps=20_000,
@@ -76,7 +55,6 @@ class HuMoT(LearnedMethod):
     Config = HumotConfig
     config: HumotConfig
     answering = ("root_rule", "windows")
-    ablations = ABLATIONS
     card = MethodCard(
         name="humot",
         title="HuMoT",
@@ -104,9 +82,6 @@ class HuMoT(LearnedMethod):
         "gpu": on_gpu(DEFAULT, precision="bfloat16"),  # half as fast again, results/measurements.md
         "ablation": TrainingConfig(
             steps=5000, batch=4, window=30, rate=7e-4, schedule="cosine", warm_up=50, validate=2500
-        ),
-        "quick": TrainingConfig(
-            steps=20, batch=8, window=30, rate=1e-3, validate=20, cases=2, average=0.999
         ),
     }
 

@@ -1,17 +1,13 @@
-"""HuMoT's parameters beside its weights, the sizes of its networks, and its ablations.
-
-``PAPER_COUNT`` has as many parameters as Mourot et al., 2023, state: 2,475,511. Many other forms have as
-many, so that nothing says that it is theirs. ``TEXT`` is their appendix A.3 as written, around the block of
-XCiT (El-Nouby et al., 2021) as published, and has 2,562,629. ``SMALL`` is for processors.
-"""
+"""HuMoT's parameters, and the sizes of its networks, whose variants are in ``variants.toml``."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import root_rules
+from retarget_bench.training import variants
 
 Variant = Literal["small", "text", "paper_count"]
 Norm = Literal["batch", "layer"]
@@ -61,18 +57,7 @@ class Design:
     basis: float = 10_000.0
 
 
-TEXT = Design()
-PAPER_COUNT = replace(TEXT, kernel=9, joined=2, written=2, expansion=3, biased=False, affine=False)
-SMALL = replace(
-    PAPER_COUNT,
-    blocks=(1, 1),
-    norm="layer",
-    affine=True,
-    scale=0.02,
-    anchored=True,
-    time=0.25,
-)
-DESIGNS: Mapping[Variant, Design] = {"small": SMALL, "text": TEXT, "paper_count": PAPER_COUNT}
+DESIGNS = variants.beside(__file__, Design)
 
 
 @dataclass(frozen=True)

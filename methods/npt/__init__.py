@@ -1,7 +1,7 @@
 """NPT, neural pose transfer: vertices of the target moved into the pose of unordered points."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -95,7 +95,6 @@ class NPT(LearnedMethod):
         return {
             "paper": TrainingConfig(steps=500_000, batch=8, window=1, rate=5e-5, fps=10.0, validate=10_000),
             "default": default,
-            "quick": replace(default, steps=40, batch=4, warm_up=5, validate=20, cases=2),
         }
 
     # -------------------------------------------------------------------------------------- training

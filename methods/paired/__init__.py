@@ -8,7 +8,6 @@ import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion import root_rules
 from retarget_bench.motion.body22 import unfit
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -37,17 +36,6 @@ PRESETS = {
     ),
     "default": _DEFAULT,
     "gpu": on_gpu(_DEFAULT, precision="bfloat16"),  # half as fast again, results/measurements.md
-    "quick": TrainingConfig(
-        steps=60,
-        batch=8,
-        window=64,
-        rate=1e-3,
-        schedule="cosine",
-        warm_up=10,
-        validate=30,
-        cases=4,
-        average=0.998,
-    ),
 }
 """No paper prints any; ``paper`` is the longest that we know to pay."""
 
@@ -108,10 +96,6 @@ class Paired(LearnedMethod):
         return PairedTraining(training_data, config, Corrector(), self.using)
 
     # ----------------------------------------------------------------------------------- retargeting
-    def supports(self, source: Character, target: Character) -> str | None:
-        unsized = root_rules.reason("hip_height", source, target)
-        return self.untrained or self.unfit(source) or self.unfit(target) or unsized
-
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         if not isinstance(source, Motion):
             raise NotSupported("paired needs a source with rotations, not positions only")

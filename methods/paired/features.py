@@ -31,7 +31,7 @@ class RoleBody:
 
     @cached_property
     def body(self) -> Body22:
-        return Body22(self.character)
+        return Body22.of(self.character)
 
     @cached_property
     def offsets(self) -> np.ndarray:
@@ -62,7 +62,7 @@ class RoleBody:
         arrays = {
             "rotations": rotations,
             "hips": hips,
-            "turn": np.stack([turn.real, turn.imag], -1),
+            "turn": facing.parts(turn),
             "planted": planted,
         }
         return {name: array.astype(np.float32) for name, array in arrays.items()}

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from retarget_bench.api import Ablation, Context, MethodCard, Prediction
+from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -23,7 +23,7 @@ from retarget_bench.training.layers.skeletal.method import SkeletalMethod
 
 from .assignment import Assignment, assign, in_layout
 from .parts import layout_of, parts_of
-from .settings import BETWEEN_LEGS, DIFFERS, SETTINGS, Design, PanConfig, Settings
+from .settings import DIFFERS, VARIANTS, Design, PanConfig, Settings
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -34,28 +34,6 @@ if TYPE_CHECKING:
 
 OWN, BETWEEN = "puppets", "puppets_three"
 """Names of shipped weights: for people, and for people and dogs."""
-
-
-ABLATIONS = {
-    "table5": Ablation(
-        title="PAN: what its parts and losses do",
-        tables=("pan-table5",),
-        rows={
-            "ours": {},
-            "w.o. BP-strategy": {"by_part": False},
-            "w.o. PAN": {"attention": False},
-            "w.o. L_kine": {"kinematic": 0.0},
-            "w.o. L_adv": {"adversarial": 0.0},
-        },
-        notes=(
-            "The paper calls the number a mean position error in heights; what its code prints is the mean "
-            "square of coordinates in heights, and so are ours. Pairs of a body with itself are no part of "
-            "our intra-structural mean.",
-            "Without L_kine joint positions count in no loss of reconstruction or cycle; variants that "
-            "compare how end effectors move keep doing so, as the authors' code does.",
-        ),
-    )
-}
 
 
 class Pan(SkeletalMethod):
@@ -85,7 +63,6 @@ class Pan(SkeletalMethod):
 
     Config = PanConfig
     config: PanConfig
-    ablations = ABLATIONS
     card = MethodCard(
         name="pan",
         title="PAN",
@@ -115,9 +92,6 @@ class Pan(SkeletalMethod):
         "ablation": TrainingConfig(
             steps=5000, batch=4, window=32, rate=3e-4, schedule="cosine", warm_up=100, validate=2500
         ),
-        "quick": TrainingConfig(
-            steps=20, batch=8, window=16, rate=1e-3, validate=20, cases=2, average=0.999
-        ),
     }
 
     def __init__(self, **parameters: Any) -> None:
@@ -126,8 +100,8 @@ class Pan(SkeletalMethod):
         three = self.parts == "three"
         if three and self.config.weights == OWN:
             self.config = replace(self.config, weights=BETWEEN)
-        variants = BETWEEN_LEGS if three else SETTINGS
-        self.settings: Settings = variants[self.config.variant].overridden(self.config)
+        variant = VARIANTS[self.config.variant + "_three" * three]
+        self.settings: Settings = variant.overridden(self.config)
         self.yaw = self.settings.yaw
         own = self.config.variant == "own"
         differs = DIFFERS["three" if three else "six"] if own else {}

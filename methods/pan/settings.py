@@ -1,8 +1,4 @@
-"""PAN's variants: networks, features, losses, and the parameters that take their place.
-
-``paper`` is Hu et al., TVCG 2023, as written; ``released`` is what their code does for people, and with
-three parts what it does between two legs and four.
-"""
+"""PAN's parameters, and the networks, features and losses that its variants (``variants.toml``) choose."""
 
 import math
 from collections.abc import Mapping
@@ -11,6 +7,7 @@ from typing import Literal, Self
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training import variants
 from retarget_bench.training.layers.skeletal.features import Features, Lengths, Path, Root, Yaw
 from retarget_bench.training.layers.skeletal.layout import Slots
 
@@ -160,41 +157,6 @@ class Design:
     squashed: bool = True
 
 
-PAPER = Design()
-RELEASED = Design(
-    embedding=(512,),
-    scaled=True,
-    heads=2,
-    feedforward=256,
-    dropout=0.2,
-    mutual=False,
-    root_alone=True,
-    interleaved=False,
-    leak=0.2,
-    raw=True,
-    skeleton=32,
-    skeleton_bent=True,
-    skeleton_share=0.01,
-    bone_mask="released",
-    decoder="parts",
-    padded=True,
-    conv_mask="released",
-)
-RELEASED_THREE = replace(
-    RELEASED,
-    layers=1,
-    heads=1,
-    dropout=0.0,
-    slots="joints",
-    bone_mask="paper",
-    padded=False,
-    conv_mask="paper",
-    squashed=False,
-)
-OWN = replace(RELEASED, dropout=0.0, root_alone=False, bone_mask="paper", padded=False, conv_mask="paper")
-OWN_THREE = replace(OWN, layers=1, heads=1, squashed=False)
-
-
 @dataclass(frozen=True)
 class Weights:
     """Weights of the loss terms, each a mean over everything, and their forms.
@@ -253,11 +215,11 @@ class Settings:
     legs do (see ``tree.py``).
     """
 
-    design: Design
     features: Features
-    weights: Weights
     statistics: Statistics
     yaw: Yaw
+    design: Design = Design()
+    weights: Weights = Weights()
     least_deviation: float = 0.0
     reversed_: bool = False
     shared: bool = False
@@ -308,81 +270,5 @@ class Settings:
         return values
 
 
-RELEASED_WEIGHTS = Weights(
-    summed=True,
-    kinematic=100.0,
-    positions="local",
-    root=100.0,
-    cycle=2.5,
-    measure="l1",
-    again=0.0,
-    again_positions=2.5,
-    ends=50.0,
-    resting=True,
-    discriminator_input="units",
-    replay=True,
-)
-OWN_WEIGHTS = replace(
-    RELEASED_WEIGHTS,
-    summed=False,
-    kinematic=1000.0,
-    root=300.0,
-    again_positions=100.0,
-    resting=False,
-    adversarial=0.25,
-    discriminator_input="bones",
-)
-SETTINGS: Mapping[Variant, Settings] = {
-    "paper": Settings(PAPER, Features("velocity", "world", 0.0), Weights(), "structure", "predicted"),
-    "released": Settings(
-        RELEASED,
-        Features("position", "world", 0.0),
-        RELEASED_WEIGHTS,
-        "character",
-        "predicted",
-        reversed_=True,
-        rerooted=True,
-    ),
-    "own": Settings(
-        OWN,
-        Features("height", "body", 0.0, "carried"),
-        OWN_WEIGHTS,
-        "structure",
-        "source",
-        least_deviation=0.02,
-        shared=True,
-    ),
-}
-BETWEEN_LEGS: Mapping[Variant, Settings] = {
-    "paper": replace(SETTINGS["paper"], weights=Weights(velocity=1000.0, turns=False)),
-    "released": Settings(
-        RELEASED_THREE,
-        Features("velocity", "world", 8.0),
-        Weights(
-            summed=True,
-            across=True,
-            rotations=True,
-            moves=100.0,
-            kinematic=0.01,
-            lengths="units",
-            positions="summed",
-            end_sites=True,
-            cycle=1e-3,
-            again=0.0,
-            again_positions=1e-3,
-            discriminator_input="positions",
-            velocity=1000.0,
-        ),
-        "structure",
-        "source",
-    ),
-    "own": replace(
-        SETTINGS["own"],
-        design=OWN_THREE,
-        features=replace(SETTINGS["own"].features, path="relative"),
-        weights=replace(SETTINGS["own"].weights, ends=0.0, adversarial=1.0, velocity=1000.0),
-    ),
-}
-"""For two legs and four (section 7). ``paper``: eq. 14 as it is, and eq. 20. ``released``: lengths in
-centimetres; directions are averaged over 8 frames, which the code does for dogs alone. ``own``: feet of two
-legs and of four need not move alike, and eq. 20 asks for another path than the source's."""
+VARIANTS = variants.beside(__file__, Settings)
+"""By name; with three parts their names end in ``_three``."""

@@ -54,9 +54,6 @@ class Pmnet(OneStructure, Retargeter):
             validate=500,
             average=0.999,
         ),
-        "quick": TrainingConfig(
-            steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2, average=0.999
-        ),
     }
 
     card = MethodCard(

@@ -1,7 +1,7 @@
 """R2ET, its skeleton-aware part: copied rotations, changed as two skeletons ask; learned without pairs."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
@@ -10,6 +10,7 @@ import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.motion import body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training import weights
@@ -79,7 +80,6 @@ class R2ET(LearnedMethod):
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(steps=30 * 1952 // 32, batch=32, window=60, rate=1e-3, schedule="cosine"),
         "default": DEFAULT,
-        "quick": replace(DEFAULT, steps=30, batch=4, window=16, warm_up=5, validate=15, cases=2),
     }
     """The paper's rate falls to a tenth after two thirds of its 30 epochs of 1952 clips, not smoothly."""
 
@@ -106,7 +106,7 @@ class R2ET(LearnedMethod):
         return released.at(path)
 
     def unfit(self, character: Character) -> str:
-        return features.unfit(character)
+        return body22.unfit(character, self.card.name)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         """``rotations`` ``(frames, 22, 4)`` and ``positions`` ``(frames, 22, 3)`` centimetres as the losses

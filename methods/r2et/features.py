@@ -4,12 +4,11 @@ Sources: Zhang et al., CVPR 2023, and its published code, which prepares motions
 form (``motion/aligned.py``) a Mixamo rig has the rotations and offsets of its own file.
 """
 
-from functools import lru_cache
 from typing import Literal
 
 import numpy as np
 
-from retarget_bench.motion import body22, facing, kinematics, rates, root_rules, rotation, transfer
+from retarget_bench.motion import facing, kinematics, rates, root_rules, transfer
 from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -33,16 +32,6 @@ _LEFT, _RIGHT = (
 )
 
 
-def unfit(character: Character) -> str:
-    """Reason why R2ET cannot take a body, as a sentence; "" where it can."""
-    return body22.unfit(character, "r2et") or root_rules.reason("hip_height", character, character) or ""
-
-
-@lru_cache(maxsize=1024)
-def body(character: Character) -> Body22:
-    return Body22(character)
-
-
 def offsets(character: Character) -> np.ndarray:
     """``(22, 3)`` float32 centimetres: bones in the reference pose; in the row of the hips their height
     above the floor, in that pose.
@@ -50,7 +39,7 @@ def offsets(character: Character) -> np.ndarray:
     In the published code it is their height in the first frame, for the target that of its own motion in
     the same clip, which is part of the answer.
     """
-    bones = np.array(body(character).offsets)
+    bones = np.array(Body22.of(character).offsets)
     bones[0] = (0.0, character.measures.hip_height, 0.0)
     return (bones / CENTIMETRE).astype(np.float32)
 
@@ -58,15 +47,15 @@ def offsets(character: Character) -> np.ndarray:
 def rotations(motion: Motion, smoothing: float) -> np.ndarray:
     """``(frames, 22, 4)`` float32, w >= 0: local rotations in aligned form, the hips' seen from where the
     body faces. smoothing: frames at 30 per second over which that direction is averaged."""
-    turns, _ = body(motion.character).see(motion)
+    turns, _ = Body22.of(motion.character).see(motion)
     turn = direction(motion, smoothing * motion.fps / rates.FPS)
-    turns[:, 0] = rotation.multiply(facing.rotation(turn.conj()), turns[:, 0])
+    turns = facing.turned(turns, turn.conj())
     return np.where(turns[..., :1] < 0, -turns, turns).astype(np.float32)
 
 
 def see(motion: Motion, smoothing: float) -> dict[str, np.ndarray]:
     """A training clip at 30 fps; see ``R2ET.prepare``."""
-    own = body(motion.character)
+    own = Body22.of(motion.character)
     turned = rotations(motion, smoothing)
     turn = direction(motion, smoothing)
     hips = np.zeros((motion.frames, 3))
@@ -76,7 +65,7 @@ def see(motion: Motion, smoothing: float) -> dict[str, np.ndarray]:
         "rotations": turned,
         "positions": (positions / CENTIMETRE).astype(np.float32),
         "hips": (transfer.hips(motion) / CENTIMETRE).astype(np.float32),
-        "turn": np.stack([turn.real, turn.imag], -1).astype(np.float32),
+        "turn": facing.parts(turn).astype(np.float32),
     }
 
 
@@ -86,7 +75,7 @@ def direction(motion: Motion, deviation: float) -> np.ndarray:
     As published: lines between upper legs and between collar bones, each frame of equal weight; a body
     without collar bones is told by its upper legs. Where it cannot be told it is +Z.
     """
-    places = motion.positions[:, list(body(motion.character).joints)]
+    places = motion.positions[:, list(Body22.of(motion.character).joints)]
     across = (places[:, _LEFT] - places[:, _RIGHT]).sum(1)
     across /= np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), 1e-9)
     forward = _averaged(across[:, 0] - 1j * across[:, 2], deviation)

@@ -4,6 +4,7 @@ import numpy as np
 import torch
 
 from retarget_bench.motion import rotation
+from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
@@ -23,13 +24,13 @@ def retargeted(
     chunk: int = CHUNK,
 ) -> Motion:
     """The source on the target, by a network in evaluation mode. ``chunk`` does not change the result."""
-    local, hips = features.body(source.character).see(source)
+    local, hips = Body22.of(source.character).see(source)
     changes = changed(network, features.rotations(source, smoothing), source.character, target, chunk)
     turned = rotation.multiply(local, changes.astype(np.float64))
     turned[:, list(features.LEAVES)] = local[:, list(features.LEAVES)]
     target_hips = features.path(hips, source.character, target, size)
     turned = rotation.continuous(rotation.normalise(turned))
-    return features.body(target).motion(turned, target_hips, source.fps)
+    return Body22.of(target).motion(turned, target_hips, source.fps)
 
 
 def changed(

@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from retarget_bench.api import Method
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import facing, rotation
-from retarget_bench.motion.body22 import SKELETON, folded
+from retarget_bench.motion.body22 import SKELETON, Body22, folded
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
 from retarget_bench.training import weights
@@ -55,7 +55,7 @@ class R2ETTraining:
         self._number = {name: number for number, name in enumerate(self._names)}
         bodies = [training_data.characters[name] for name in self._names]
         self._offsets = np.stack([features.offsets(each) for each in bodies])
-        self._lacks = np.stack([features.body(each).lacks for each in bodies])
+        self._lacks = np.stack([Body22.of(each).lacks for each in bodies])
         self._heights = np.array([features.size(each, "chain") for each in bodies], np.float32)
         positions = np.concatenate([training_data.stacked("positions"), self._offsets])
         network.scale.fit("positions", positions, constant=STILL)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -37,7 +37,6 @@ PRESETS = {
         steps=240_000, batch=256, window=8, rate=1e-2, schedule="cosine", validate=5000
     ),
     "default": _DEFAULT,
-    "quick": replace(_DEFAULT, steps=60, batch=8, warm_up=10, validate=30, cases=4),
 }
 """The released config has the batch, the window and the highest rate of ``paper``, for 240 epochs; how many
 steps an epoch has is not said."""

@@ -21,7 +21,7 @@ from retarget_bench.training.layers.skeletal.features import unfit
 from retarget_bench.training.layers.skeletal.method import SkeletalMethod
 from retarget_bench.training.layers.trained_structures import not_among, unknown
 
-from .settings import DIFFERS, SETTINGS, SanConfig, Settings
+from .settings import DIFFERS, VARIANTS, SanConfig, Settings
 from .skeleton import layout_of
 
 if TYPE_CHECKING:
@@ -79,14 +79,11 @@ class San(SkeletalMethod):
             validate=200,
             average=0.999,
         ),
-        "quick": TrainingConfig(
-            steps=20, batch=8, window=32, rate=1e-3, validate=20, cases=2, average=0.999
-        ),
     }
 
     def __init__(self, **parameters: Any) -> None:
         super().__init__(**parameters)
-        self.settings: Settings = SETTINGS[self.config.variant].overridden(self.config)
+        self.settings: Settings = VARIANTS[self.config.variant].overridden(self.config)
         differs = DIFFERS if self.config.variant == "own" else {}
         self.card = replace(type(self).card, differs=differs, needs=self._privileged())
 

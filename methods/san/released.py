@@ -14,7 +14,7 @@ from retarget_bench.training.layers.skeletal.released_files import ReleasedFiles
 from retarget_bench.training.layers.skeletal.structure import named
 
 from .network import Skeletal
-from .settings import SETTINGS
+from .settings import VARIANTS
 from .skeleton import layout_of
 from .structure import Structure
 
@@ -37,7 +37,7 @@ def read(files: ReleasedFiles) -> dict[str, Tensor]:
         auto_encoder, static_encoder = map(SavedNetwork.read, paths)
         key = auto_encoder.structure("dec.layers.1.2", layouts)
         statistics = of_characters(files.statistics, layouts[key])
-        structure = Structure(layouts[key], SETTINGS["released"].design, statistics.cast)
+        structure = Structure(layouts[key], VARIANTS["released"].design, statistics.cast)
         tensors = parameters(structure, auto_encoder, static_encoder)
         structures[key] = completed(structure, tensors, statistics, paths[0])
     return named(structures)

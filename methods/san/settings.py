@@ -1,16 +1,13 @@
-"""SAN's variants and the parameters that take their place.
-
-``released`` is Aberman et al., SIGGRAPH 2020, as the authors' code runs it, with which its numbers were
-made; ``own`` the same networks and losses on features of bodies in hip heights.
-"""
+"""SAN's parameters, and the features, networks and losses that its variants (``variants.toml``) choose."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, Self
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training import variants
 from retarget_bench.training.layers.skeletal.features import Features, Lengths, Path, Root
 from retarget_bench.training.layers.trained_structures import TWO_LEGGED
 
@@ -107,9 +104,9 @@ class Settings:
     """
 
     features: Features
-    design: Design
-    weights: Weights
     statistics: Statistics
+    design: Design = field(default_factory=Design)
+    weights: Weights = Weights()
     rerooted: bool = False
     heights: Heights = "given"
     least_deviation: float = 0.0
@@ -143,20 +140,4 @@ class Settings:
         return values
 
 
-SETTINGS: Mapping[Variant, Settings] = {
-    "released": Settings(
-        Features("position", "world", 0.0),
-        Design("released", padded=True),
-        Weights(),
-        "character",
-        rerooted=True,
-    ),
-    "own": Settings(
-        Features("height", "body", 0.0, "carried"),
-        Design(),
-        Weights(root=150.0, positions=500.0),
-        "structure",
-        least_deviation=0.02,
-        shared=True,
-    ),
-}
+VARIANTS = variants.beside(__file__, Settings)

@@ -1,7 +1,7 @@
 """SKIN, the skinning predictor of correspondence-free online retargeting: weights around a skeleton."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Literal
 
@@ -84,7 +84,6 @@ class SKIN(LearnedMethod):
             steps=200 * 63_520 // 64, batch=16, window=1, fps=10.0, rate=1e-4, validate=5000, cases=9
         ),
         "default": DEFAULT,
-        "quick": replace(DEFAULT, steps=30, batch=4, warm_up=5, validate=15, cases=1),
     }
     """The paper says Adam at 1e-4 for 200 epochs of 63,520 frames, and no batch size; rows have four."""
 
@@ -157,8 +156,8 @@ class SKIN(LearnedMethod):
         joints = self._skeletons(body).mean(axis=0)
         mesh = mesh_of(target)
         shares = self.shares(mesh.vertices, joints)
-        matrices = rotation.to_matrix(moves["turns"][:, list(body22.Body22(target).joints)])
-        hips = source.positions[:, body22.Body22(source.character).joints[0]]
+        matrices = rotation.to_matrix(moves["turns"][:, list(body22.Body22.of(target).joints)])
+        hips = source.positions[:, body22.Body22.of(source.character).joints[0]]
         hips = hips - np.einsum("fab,b->fa", matrices[:, 0], body.resting[0])
         shifts = transforms_of(joints, matrices, hips)
         tensors = (torch.from_numpy(each) for each in (mesh.vertices, shares, matrices, shifts))

@@ -49,7 +49,7 @@ class SkinTraining:
             character = training_data.characters[name]
             body = SkinnedBody.of(character)
             self._bodies[name] = body
-            self._joints[name] = skeletons(body), list(Body22(character).joints)
+            self._joints[name] = skeletons(body), list(Body22.of(character).joints)
         self.network = network
         self.modules = nn.ModuleDict({"network": network})
         self.phases: Sequence[Phase] = (Phase("network", ("network",), clip=1.0),)

@@ -1,7 +1,7 @@
 """SKR, the skeleton regressor of correspondence-free online retargeting: points of a surface to joints."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Literal
 
@@ -111,7 +111,6 @@ class SKR(LearnedMethod):
             steps=100 * 63_520 // 32, batch=32, window=1, fps=10.0, rate=1e-4, validate=5000, cases=9
         ),
         "default": DEFAULT,
-        "quick": replace(DEFAULT, steps=30, batch=4, warm_up=5, validate=15, cases=1),
     }
     """The paper says Adam at 1e-4 for 100 epochs of 63,520 frames, and no batch size."""
 

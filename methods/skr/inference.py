@@ -90,7 +90,7 @@ def placed(target: Character, joints: np.ndarray) -> np.ndarray:
     Joints that are none of the 22 (tips, split bones) are where they are in the reference pose, seen from
     their parent, turned with the bone that leads on to one of the 22, or else with the one to the parent.
     """
-    body, skeleton = Body22(target), target.skeleton
+    body, skeleton = Body22.of(target), target.skeleton
     own = dict(zip(body.joints, range(JOINTS), strict=True))
     rest = target.reference_places
     places = np.empty((len(joints), len(skeleton), 3))

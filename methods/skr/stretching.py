@@ -59,7 +59,7 @@ class StretchedBody:
         self.body = body
         self._parents = body.character.skeleton.parents
         self._places = mesh_of(body.character).bound(body.character.skeleton)[0]
-        self.character_joints = Body22(body.character).joints
+        self.character_joints = Body22.of(body.character).joints
 
     @cached_property
     def _ranks(self) -> np.ndarray:

@@ -1,7 +1,6 @@
 """SMRM, the recurrent retargeter of correspondence-free online retargeting: two GRUs and kinematics."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -9,6 +8,7 @@ import numpy as np
 import torch
 
 from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.motion import body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Scalar
@@ -17,9 +17,8 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
-from .ablations import ABLATIONS
 from .config import SmrmConfig
-from .features import Features, unfit
+from .features import Features
 from .inference import retargeted
 from .network import Generator
 from .training import SmrmTraining
@@ -74,7 +73,6 @@ class SMRM(LearnedMethod):
     Config = SmrmConfig
     config: SmrmConfig
     answering = ("path", "variant")
-    ablations = ABLATIONS
     card = MethodCard(
         name="smrm",
         title="SMRM",
@@ -109,7 +107,6 @@ class SMRM(LearnedMethod):
                 steps=1000 * 2330 // 16, batch=16, window=self.config.context, rate=1e-4, validate=2500
             ),
             "default": default,
-            "quick": replace(default, steps=60, batch=16, warm_up=10, validate=30, cases=4),
         }
 
     @property
@@ -124,7 +121,7 @@ class SMRM(LearnedMethod):
         return {**super().facts(), "adversarial": config.adversarial_weight, "same": config.same_share}
 
     def unfit(self, character: Character) -> str:
-        return unfit(character)
+        return body22.unfit(character, self.card.name)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         return self.features.see(motion)

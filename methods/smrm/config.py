@@ -1,18 +1,27 @@
 """Parameters of SMRM."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import root_rules
+from retarget_bench.training import variants
 
 from .features import Normalisation, Root, Yaw
 
 Reference = Literal["truth", "self"]
 Variant = Literal["own", "paper"]
-VARIANTS: Mapping[Variant, tuple[float, float]] = {"own": (0.0001, 0.2), "paper": (1.0, 0.0)}
-"""The weight of the adversarial term, and the share of rows whose target is their own character."""
+
+
+@dataclass(frozen=True)
+class Weighting:
+    """adversarial: weight of that term. same: share of rows whose target is their own character."""
+
+    adversarial: float
+    same: float
+
+
+VARIANTS = variants.beside(__file__, Weighting)
 
 
 @dataclass(frozen=True)
@@ -60,9 +69,9 @@ class SmrmConfig:
     @property
     def adversarial_weight(self) -> float:
         """As it is given, or as the variant has it."""
-        return VARIANTS[self.variant][0] if self.adversarial is None else self.adversarial
+        return VARIANTS[self.variant].adversarial if self.adversarial is None else self.adversarial
 
     @property
     def same_share(self) -> float:
         """As it is given, or as the variant has it."""
-        return VARIANTS[self.variant][1] if self.same is None else self.same
+        return VARIANTS[self.variant].same if self.same is None else self.same

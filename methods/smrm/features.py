@@ -14,7 +14,7 @@ import torch
 from torch import Tensor
 
 from retarget_bench.api import Prediction
-from retarget_bench.motion import body22, facing, kinematics, root_rules, rotation, transfer
+from retarget_bench.motion import facing, kinematics, root_rules, rotation, transfer
 from retarget_bench.motion.body22 import JOINTS, Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -24,11 +24,6 @@ FPS = 30.0
 Normalisation = Literal["body", "global", "none"]
 Root = Literal["height", "displacement", "position"]
 Yaw = Literal["removed", "kept"]
-
-
-def unfit(character: Character) -> str:
-    """Reason why SMRM cannot take a body, as a sentence; "" where it can."""
-    return body22.unfit(character, "smrm") or root_rules.reason("hip_height", character, character) or ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +49,7 @@ class Features:
     yaw: Yaw
 
     def body(self, character: Character) -> SmrmBody:
-        aligned = Body22(character)
+        aligned = Body22.of(character)
         unit = character.measures.hip_height if self.normalisation == "body" else 1.0
         offsets = (aligned.offsets / unit).astype(np.float32)
         still, none = rotation.identity(1, JOINTS), np.zeros((1, 3))
@@ -87,14 +82,12 @@ class Features:
             "positions": places / body.unit,
             "hips": hips,
             "before": np.concatenate([hips[:1], hips[:-1]]),
-            "turn": np.stack([turn.real, turn.imag], axis=-1),
+            "turn": facing.parts(turn),
         }
 
     def _rotations(self, body: SmrmBody, motion: Motion, turn: np.ndarray) -> np.ndarray:
-        rotations = np.array(body.aligned.see(motion)[0])
-        if self.yaw == "removed":
-            rotations[:, 0] = rotation.multiply(facing.rotation(turn.conj()), rotations[:, 0])
-        return rotations
+        rotations = body.aligned.see(motion)[0]
+        return facing.turned(rotations, turn.conj()) if self.yaw == "removed" else rotations
 
     def moves(self, hips: np.ndarray, before: np.ndarray, turn: np.ndarray) -> np.ndarray:
         """The three numbers of the hips that a network sees ``(..., frames, 3)``: left, up, forward.
@@ -159,8 +152,7 @@ class Features:
         lead: ``(frames, 3)`` metres, the source's hips scaled to the body. kind: of the path.
         """
         turn = source["turn"]
-        turned = np.array(rotations, dtype=np.float64)
-        turned[:, 0] = rotation.multiply(facing.rotation(turn[:, 0] + 1j * turn[:, 1]), turned[:, 0])
+        turned = facing.turned(rotations.astype(np.float64), turn[:, 0] + 1j * turn[:, 1])
         path = self.path(torch.from_numpy(moves.astype(np.float64)), torch.from_numpy(turn)).numpy()
         hips = path * body.unit + lead[0] * np.array([1.0, float(self.root == "displacement"), 1.0])
         if kind == "relative":

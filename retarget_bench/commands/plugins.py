@@ -217,7 +217,7 @@ def _weights(factory: Any, spec: Spec) -> list[str]:
     for name in names:
         lines += ["", f"Weights {name}"]
         card = factory.card_of(name)
-        weights.check(name, card, method=spec.name)
+        weights.check(name, card, spec.name)
         lines += [x for fact in described(card) for x in _wrapped(fact, "  ")]
     return lines
 

@@ -25,10 +25,9 @@ from retarget_bench.python.progress import progress_bar
 from retarget_bench.training.settings import TrainingSettings
 
 if TYPE_CHECKING:
-    from retarget_bench.training.checkpoint import Checkpoint
     from retarget_bench.training.loop import TrainingStatus
-    from retarget_bench.training.request import Request
-    from retarget_bench.training.train import TrainingOptions, TrainingResult
+    from retarget_bench.training.record import Run
+    from retarget_bench.training.train import TrainingOptions
 
 
 class Options(TrainingSettings):
@@ -82,13 +81,13 @@ def command(method: str | None, options: Options) -> int:
         _train_feature_networks(spec, named.dataset(_one(options), options.root), options)
         return 0
     from retarget_bench.training import parallel
-    from retarget_bench.training.train import TrainingOptions, train
+    from retarget_bench.training.train import TrainingOptions, folder_of, train
 
     settings = {each.name: getattr(options, each.name) for each in fields(TrainingSettings)}
     training = TrainingOptions(spec, _data(options.datasets, options.root), **settings)
     with closing(ConsoleReporter()) as reporter:
         try:
-            result = train(training, reporter, begun)
+            run = train(training, reporter, begun)
         except KeyboardInterrupt:
             reporter.close()
             echo(f"bench: interrupted{_how_to_go_on(training)}", err=True)
@@ -97,7 +96,7 @@ def command(method: str | None, options: Options) -> int:
             parallel.record(error)
             raise
     if os.environ.get("RANK", "0") == "0":  # the first process, see training/parallel.py
-        echo(_ending(result))
+        echo(_ending(run, folder_of(training)))
     return 0
 
 
@@ -183,10 +182,10 @@ def _train_feature_networks(metric: Spec, spec: Spec, options: Options) -> None:
                 bar.set_postfix_str(f"loss {loss:.3f}", refresh=False)
 
             card = train(source, clips, facts, folder, config, show).card
-        last, lent = card["loss"][-1], f" (motion of {card['trained_on']})" if source.borrowed else ""
+        last, lent = card.loss[-1], f" (motion of {card.trained_on})" if source.borrowed else ""
         echo(
-            f"{card['structure']}{lent}: {card['windows']} windows, loss {last['train']:g}, validation "
-            f"{last['validation']:g}, {card['seconds']} s, {card['hash']} in {folder}"
+            f"{card.structure}{lent}: {card.windows} windows, loss {last['train']:g}, validation "
+            f"{last['validation']:g}, {card.seconds:g} s, {card.hash} in {folder}"
         )
 
 
@@ -237,24 +236,25 @@ class ConsoleReporter:
         self.close()
         self._bar = tqdm(total=total, initial=initial, desc=what, unit=unit, leave=False, disable=None)
 
-    def began(self, request: Request, at: Checkpoint) -> None:
-        if at.step and request.limit.used(at.step, at.seconds) >= 1.0:
-            self.say(f"the budget ended at step {at.step}; with a longer --budget it goes on")
-        elif at.step:
-            self.say(f"continuing from step {at.step}")
-        if seconds := request.limit.seconds:
+    def began(self, run: Run) -> None:
+        if run.ended:
+            self.say(f"the budget ended at step {run.steps}; with a longer --budget it goes on")
+        elif run.steps:
+            self.say(f"continuing from step {run.steps}")
+        if seconds := run.limit.seconds:
             self._timed = True
-            self._open(request.method, "s", round(seconds), round(at.seconds))
+            self._open(run.scored_as, "s", round(seconds), round(run.seconds))
         else:
             self._timed = False
-            self._open(request.method, "step", request.limit.steps, at.step)
+            self._open(run.scored_as, "step", run.limit.steps, run.steps)
 
     def show(self, status: TrainingStatus) -> None:
         from retarget_bench.training.card_text import hours
+        from retarget_bench.training.record import error
 
         self._bar.update((round(status.seconds) if self._timed else status.step) - self._bar.n)
         losses = _losses(status)
-        best = f"best {status.best.score:.2f} at {status.best.step}" if status.best else ""
+        best = f"best {error(status.best.scores):.2f} at {status.best.step}" if status.best else ""
         self._bar.set_postfix_str(f"step {status.step}, {losses} {best}".strip(), refresh=False)
         if status.validation is not None:
             mark = " (best so far)" if status.best and status.best.step == status.step else ""
@@ -291,30 +291,30 @@ def _scores(scores: Any) -> str:
 
 
 def _how_to_go_on(training: TrainingOptions) -> str:
-    from retarget_bench.training import checkpoint
+    from retarget_bench.training import run_folder
     from retarget_bench.training.train import folder_of
 
-    if not (folder_of(training) / checkpoint.NAME).exists():
+    run = run_folder.read(folder_of(training))
+    if run is None or not run.steps:
         return " before the first checkpoint; there is nothing to go on from."
     where = f" -o {training.out}" if training.out else ""
     method = f" '{named.written(training.method)}'" if training.method else ""
     return f". bench train{method} --resume{where} goes on from the last checkpoint."
 
 
-def _ending(result: TrainingResult) -> str:
+def _ending(run: Run, folder: Path) -> str:
     from retarget_bench.training.card_text import hours
-    from retarget_bench.training.joint_datasets import tested
-    from retarget_bench.training.request import without_places
+    from retarget_bench.training.joint_datasets import tested, without_places
 
-    method = named.parse(result.run.method).with_parameters(weights=str(result.folder))
-    data = tested(named.parse(result.run.dataset))
+    method = named.parse(run.scored_as).with_parameters(weights=str(folder))
+    data = tested(named.parse(run.dataset))
     root = data.parameters.get("root") if data else None
     where = f" --root {shlex.quote(str(root))}" if root else ""
-    on = f"'{named.written(named.parse(without_places(str(data))))}'{where}" if data else "DATASET"
-    best = result.at.best
+    on = f"'{named.written(without_places(data))}'{where}" if data else "DATASET"
+    best = run.best
     outcome = f"best at step {best.step}: {_scores(best.scores)}" if best else "the last weights are kept"
     return (
-        f"{result.run.method}: {result.at.step} steps in {hours(result.at.seconds)}; {outcome}.\n"
+        f"{run.scored_as}: {run.steps} steps in {hours(run.seconds)}; {outcome}.\n"
         f"Use them: bench run '{named.written(method)}' -d {on}"
     )
 

@@ -6,13 +6,13 @@ which does not turn, so that all bodies share one tree and networks that know on
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from functools import cached_property, lru_cache
+from typing import Any, Self
 
 import numpy as np
 
 from retarget_bench.errors import SkeletonError
-from retarget_bench.motion import facing, rotation
+from retarget_bench.motion import facing, root_rules, rotation
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.rotation import Array
@@ -26,8 +26,9 @@ SKELETON = Skeleton(BODY22, np.array(PARENTS), np.zeros((JOINTS, 3)))
 
 
 def unfit(character: Character, method: str) -> str:
-    """Reason why a body cannot be seen over the 22 roles, as a sentence; "" where it can."""
-    body = Body22(character)
+    """Reason why a method that sees bodies over the 22 roles, in hip heights and from where they face,
+    cannot take this one, as a sentence; "" where it can."""
+    body = Body22.of(character)
     try:
         above = body.present.skeleton.parents.tolist()
     except SkeletonError as error:
@@ -37,7 +38,7 @@ def unfit(character: Character, method: str) -> str:
     for rank, parent in zip(body.ranks, above, strict=True):
         if (body.ranks[parent] if parent >= 0 else -1) != body.present_parent(rank):
             return f"the joints of {character.name} hang together in another way than {method} knows"
-    return facing.unknown(character)
+    return facing.unknown(character) or root_rules.reason("hip_height", character, character) or ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +49,12 @@ class Body22:
     """
 
     character: Character
+
+    @classmethod
+    @lru_cache(maxsize=1024)
+    def of(cls, character: Character) -> Self:
+        """The body of a character, the same every time."""
+        return cls(character)
 
     @cached_property
     def present(self) -> Aligned:

@@ -7,6 +7,7 @@ Directions on the floor are unit complex numbers z + ix: 1 is forward along +Z, 
 import numpy as np
 
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.rotation import multiply
 
 SIDES = (("left_up_leg", "right_up_leg"), ("left_arm", "right_arm"))
 
@@ -61,6 +62,19 @@ def rotation(turn: np.ndarray) -> np.ndarray:
     half = np.angle(turn) / 2
     zero = np.zeros_like(half)
     return np.stack([np.cos(half), zero, np.sin(half), zero], axis=-1)
+
+
+def turned(rotations: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Local rotations ``(frames, joints, 4)`` of a body that is turned as +Z is into the direction
+    ``(frames,)``; by the conjugate direction: as they are seen from there."""
+    result = np.array(rotations)
+    result[:, 0] = multiply(rotation(turn), result[:, 0])
+    return result
+
+
+def parts(turn: np.ndarray) -> np.ndarray:
+    """``(..., 2)`` the real and the imaginary parts of directions, for arrays of real numbers."""
+    return np.stack([turn.real, turn.imag], axis=-1)
 
 
 def _with_level(vectors: np.ndarray, level: np.ndarray) -> np.ndarray:

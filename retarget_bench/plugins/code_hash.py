@@ -1,4 +1,4 @@
-"""The Python files that a plug-in depends on, and hashes of their statements.
+"""The files that a plug-in depends on, Python and TOML, and hashes of their statements.
 
 Comments, docstrings, blank lines and the engine's own layout do not count. Nothing is imported.
 """
@@ -35,14 +35,14 @@ def own_files(path: Path, package: str = "") -> set[Path]:
     """
     if package:
         above = package.count(".") - (path.name != "__init__.py")
-        return _python_files(path.parents[above]) if above >= 0 else {path}
-    return reached(_python_files(path.parent) if path.name == "__init__.py" else {path})
+        return _code_files(path.parents[above]) if above >= 0 else {path}
+    return reached(_code_files(path.parent) if path.name == "__init__.py" else {path})
 
 
 def package_code(name: str) -> set[Path]:
-    """Every Python file of a package of the engine, however deep, or that of a module."""
+    """Every code file of a package of the engine, however deep, or that of a module."""
     path = FOLDER.joinpath(*name.split("."))
-    return _python_files(path) if path.is_dir() else {path.with_suffix(".py")}
+    return _code_files(path) if path.is_dir() else {path.with_suffix(".py")}
 
 
 def reached(paths: Iterable[Path], package: str = "") -> set[Path]:
@@ -55,8 +55,10 @@ def reached(paths: Iterable[Path], package: str = "") -> set[Path]:
     return files
 
 
-def _python_files(folder: Path) -> set[Path]:
-    return {path for path in folder.rglob("*.py") if "__pycache__" not in path.parts}
+def _code_files(folder: Path) -> set[Path]:
+    """Python and TOML, such as variants of a method."""
+    files = (*folder.rglob("*.py"), *folder.rglob("*.toml"))
+    return {path for path in files if "__pycache__" not in path.parts}
 
 
 def _imported_files(path: Path, package: str) -> Iterator[Path]:

@@ -15,8 +15,14 @@ from retarget_bench.results import store
 from retarget_bench.tables.model import Table
 from retarget_bench.tables.published.joined import joined
 from retarget_bench.tables.published.printed import PublishedTable, of_rows
-from retarget_bench.training import request
-from retarget_bench.training.train import ProgressReporter, TrainingOptions, finished, train
+from retarget_bench.training import run_folder
+from retarget_bench.training.train import (
+    ProgressReporter,
+    TrainingOptions,
+    contradicted,
+    finished,
+    train,
+)
 
 DECIMALS = 4
 """Of our numbers: one more than papers print, since rows of one method differ by little."""
@@ -76,9 +82,9 @@ def train_rows(
         spec = registry.canonical("methods", shared.method.with_parameters(**parameters))
         options = replace(shared, method=spec, out=out / "train" / spec.slug, resume=True)
         assert options.out is not None
-        earlier = request.read(options.out)
+        earlier = run_folder.read(options.out)
         if earlier is not None:  # under a longer budget a row would go on, and the others not
-            request.contradicted(earlier, {"budget": shared.budget})
+            contradicted("budget", earlier.budget, shared.budget)
         if finished(options):
             reporter.say(f"{label}: trained already ({options.out})")
         else:

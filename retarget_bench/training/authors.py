@@ -7,11 +7,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from retarget_bench.api import MethodCard
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training.record import Record
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -58,13 +59,12 @@ class AuthorsWeights:
                     f"write {name}={value} in the brackets of {method}"
                 )
 
-    def card(self, method: MethodCard) -> dict[str, Any]:
-        """Plain data, as ``weights.py`` describes it."""
-        return {
-            "method": method.name,
-            "version": method.version,
-            "facts": dict(self.facts),
-            "hash": self.hash,
-            "notes": [self.note],
-            "training_manifest": {},
-        }
+    def card(self, method: MethodCard) -> Record:
+        return Record(
+            method=method.name,
+            version=method.version,
+            facts=self.facts,
+            training_manifest={},
+            notes=[self.note],
+            hash=self.hash,
+        )

@@ -1,85 +1,63 @@
-"""The card of trained weights: their data, training config, budget, machine and scores."""
+"""What a card says of the motion, the machine, and what weights have seen."""
 
 import platform
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import torch
 
 from retarget_bench.api import Dataset, optional
-from retarget_bench.plugins.spec import Spec
+from retarget_bench.errors import BenchError
 from retarget_bench.training import log, parallel
-from retarget_bench.training.checkpoint import Checkpoint
 from retarget_bench.training.clips import Cast
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.joint_datasets import JointDataset
-from retarget_bench.training.request import Request, without_places
+from retarget_bench.training.record import Record, Run
 
 POINTS = 40
 """Of the loss curve on a card."""
-UNPARTED = "the data set has no validation part"
+OTHER_DATA = "{} is no longer the data that this run began with; train anew in another folder"
 UNKNOWN = "what the weights that training began with have seen is not known in full"
-PARTS = (
-    "the training motion, and for validation the cases that the data keep for that; a part 'test' in "
-    "content names the cases that they offer for tests, which were not used"
-)
 UNWATCHED = "no weights were chosen by validation, these are the last ones"
 
 
-def card(
-    request: Request,
-    data: Dataset,
-    training_data: TrainingData,
-    at: Checkpoint,
-    folder: Path,
-    device: torch.device,
-) -> dict[str, Any]:
-    """Plain data, as ``weights.py`` describes it."""
-    losses = log.losses(folder, POINTS)
-    best, spec = at.best, Spec.parse(request.method)
-    # without the weights that were asked for: those that are trained were scored
-    scored = Spec(spec.name, {name: x for name, x in spec.parameters.items() if name != "weights"})
-    config = asdict(request.recipe)
-    if not request.limit.steps:  # the time was limited, not the preset's number of steps
-        del config["steps"]
-    unknown = [UNKNOWN] if request.init and not request.seen_all else []
-    before = [f"the budget was first {', then '.join(request.earlier)}"] if request.earlier else []
-    return {
-        "method": spec.name,
-        "version": request.version,
-        "facts": dict(request.facts),
-        "data": {
-            "spec": without_places(request.dataset),
-            "label": data.label,
-            "parts": PARTS,
-            "content": request.content,
-            "motion": request.motion,
-            "clips": sum(map(len, training_data.clips.values())),
-            "hours": round(training_data.frames / request.recipe.fps / 3600, 3),
-        },
-        "recipe": config,
-        "preset": request.preset,
-        "budget": request.budget,
-        "command": request.command,
-        "seed": request.seed,
-        "steps": at.step,
-        "step": best.step if best else at.step,
-        "seconds": round(at.seconds),
-        "hardware": hardware(device),
-        "torch": torch.__version__,
-        "processes": parallel.world(),
-        "init": request.init or None,
-        "losses": {name: value for name, value in losses[-1].items() if name != "step"} if losses else {},
-        "curve": losses,
-        "validation": list(at.validation),
-        "scores": dict(best.scores) if best else {},
-        "scored_as": str(scored) if best else "",
-        "training_manifest": joined(request.seen, manifest(data, training_data)),
-        "notes": [*training_data.notes, *before, *unknown, *([] if best else [UNWATCHED])],
-    }
+def completed(run: Run, data: Dataset, training_data: TrainingData, device: torch.device) -> Run:
+    """The run with what is known when its motion is gathered, whether it begins or goes on.
+
+    Raises BenchError where it began with other motion.
+    """
+    if run.data.motion not in ("", training_data.hash):
+        raise BenchError(OTHER_DATA.format(run.dataset))
+    motion = replace(
+        run.data,
+        motion=training_data.hash,
+        clips=sum(map(len, training_data.clips.values())),
+        hours=round(training_data.frames / run.recipe.fps / 3600, 3),
+    )
+    return replace(
+        run,
+        data=motion,
+        hardware=hardware(device),
+        torch=torch.__version__,
+        processes=parallel.world(),
+        job=parallel.job(),
+        training_manifest=joined(run.training_manifest or {}, manifest(data, training_data)),
+        notes=list(dict.fromkeys((*training_data.notes, *run.notes))),
+    )
+
+
+def card(run: Run, folder: Path) -> Record:
+    """The card of the run's weights as they are now."""
+    unwatched = [] if run.best else [UNWATCHED]
+    return replace(
+        run.record,
+        recipe=replace(run.recipe, steps=run.limit.steps),  # of the preset's none where time was limited
+        seconds=round(run.seconds),
+        curve=log.losses(folder, POINTS),
+        notes=[*run.notes, *unwatched],
+    )
 
 
 def manifest(data: Dataset, training_data: TrainingData) -> dict[str, list[str]]:

@@ -12,6 +12,8 @@ from retarget_bench.errors import BenchError
 
 Precision = Literal["float32", "bfloat16"]
 Schedule = Literal["constant", "cosine", "triangular"]
+_TRIED = 32
+"""Frames of a window that every method learns from."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class Augmentation:
 class TrainingConfig:
     """One preset of a method. A budget on the command line replaces ``steps``.
 
-    steps:     training steps.
+    steps:     training steps; 0 on a card: a budget of time took their place.
     batch:     rows of a batch, over all processes together.
     window:    frames of a window, at ``fps``.
     rate:      learning rate, the highest of the schedule.
@@ -87,10 +89,18 @@ def on_gpu(default: TrainingConfig, precision: Precision = "float32") -> Trainin
     return replace(default, batch=256, validate=300, precision=precision)
 
 
+def for_a_try(default: TrainingConfig) -> TrainingConfig:
+    """A method's default in twenty steps of a few short windows, to see that all works."""
+    window, warm_up = min(default.window, _TRIED), min(default.warm_up, 5)
+    return replace(default, steps=20, batch=4, window=window, warm_up=warm_up, validate=20, cases=2)
+
+
 def presets(method: Any) -> Mapping[str, TrainingConfig]:
-    """A method's own presets, and ``gpu``."""
+    """A method's own presets, and those that are made of its default: ``gpu`` and ``quick``."""
     own: Mapping[str, TrainingConfig] = method.presets
-    return {"gpu": on_gpu(own["default"]), **own} if "default" in own else own
+    if (default := own.get("default")) is None:
+        return own
+    return {"gpu": on_gpu(default), "quick": for_a_try(default), **own}
 
 
 _UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}

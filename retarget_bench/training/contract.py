@@ -87,8 +87,8 @@ class LearnsFromPairs(Protocol):
 class Trainable(Method, Protocol):
     """A method that ``bench train`` can train.
 
-    presets: ``default`` at least; built-in methods also have ``paper`` and ``quick``. ``gpu`` is made of
-    the default one (``config.on_gpu``) where a method has none of its own.
+    presets: ``default`` at least; built-in methods also have ``paper``. ``gpu`` and ``quick`` are made of
+    the default one (``config.presets``) where a method has none of its own.
     """
 
     card: MethodCard

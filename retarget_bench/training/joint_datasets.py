@@ -29,6 +29,11 @@ def split_spec(spec: Spec) -> tuple[Spec, ...]:
     return (spec.alone, *spec.posts)
 
 
+def without_places(spec: Spec) -> Spec:
+    """The spec without where files of the data sets lie."""
+    return joint_spec([Spec(each.name, bound.dataset(each).parameters) for each in split_spec(spec)])
+
+
 def canonical(spec: Spec) -> Spec:
     """The canonical spec, as ``registry.canonical`` gives it of one data set. Raises BenchError, also
     where two are the same."""

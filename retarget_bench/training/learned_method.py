@@ -16,14 +16,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from retarget_bench.api import Context, MethodCard
+from retarget_bench.api import Ablation, Context, MethodCard
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.parameters import documented
 from retarget_bench.plugins.spec import Scalar, Spec
+from retarget_bench.training import variants
 from retarget_bench.training import weights as bundles
 from retarget_bench.training.authors import LABEL, AuthorsWeights
+from retarget_bench.training.record import Record
 from retarget_bench.training.tensor_files import verify
 
 if TYPE_CHECKING:
@@ -38,7 +40,7 @@ def of_weights(name: str, weights: str, **others: Scalar) -> Any:
     """
     factory: Any = registry.load("methods", name)
     there = weights != factory.Config.weights or weights in factory.shipped()
-    facts = factory.card_of(weights).get("facts", {}) if there else {}
+    facts = factory.card_of(weights).facts if there else {}
     return registry.create("methods", Spec(name, {**facts, "weights": weights, **others}))
 
 
@@ -88,7 +90,7 @@ class LearnedMethod:
 
     # -------------------------------------------------------------------------------- what is known
     @property
-    def weights_card(self) -> Mapping[str, Any] | None:
+    def weights_card(self) -> Record | None:
         """The card of the weights; None where none of the method's default name are shipped.
 
         Raises BenchError where they are another method's, another version's, or were trained with other
@@ -106,8 +108,8 @@ class LearnedMethod:
         if not self._card:
             return ""
         if self._at is not None and self._authors is None:  # whose hash is of their bytes
-            verify(self._at, self._card)
-        return str(self._card["hash"])
+            verify(self._at, self._card.hash)
+        return self._card.hash
 
     @property
     def weights_label(self) -> str:
@@ -120,8 +122,7 @@ class LearnedMethod:
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
         """Training data of the weights; None where there are none, or no manifest."""
-        manifest: Mapping[str, Sequence[str]] | None = (self._card or {}).get("training_manifest")
-        return manifest
+        return self._card.training_manifest if self._card else None
 
     @property
     def training_share(self) -> float | None:
@@ -131,11 +132,10 @@ class LearnedMethod:
         counts, too, and where their card does not say.
         """
         paper = getattr(self, "presets", {}).get("paper")
-        card = self._card or {}
-        recipe = card.get("recipe", {})
-        frames = card.get("steps", 0) * recipe.get("batch", 0) * recipe.get("window", 0)
-        if paper is None or card.get("init") or not frames:
+        card = self._card
+        if paper is None or card is None or card.recipe is None or card.init or not card.steps:
             return None
+        frames = card.steps * card.recipe.batch * card.recipe.window
         return float(frames / (paper.steps * paper.batch * paper.window))
 
     @property
@@ -155,12 +155,25 @@ class LearnedMethod:
     @classmethod
     def shipped(cls) -> dict[str, Path]:
         """Name -> card of the weights that lie beside the method's module."""
-        module = getattr(sys.modules.get(cls.__module__), "__file__", None)
-        cards = sorted((Path(module).parent / "weights").glob("*.json")) if module else []
+        folder = cls._folder()
+        cards = sorted((folder / "weights").glob("*.json")) if folder else []
         return {path.stem: path for path in cards}
 
     @classmethod
-    def card_of(cls, weights: str) -> Mapping[str, Any]:
+    def _folder(cls) -> Path | None:
+        """Where the method's module is; None where it is in no file."""
+        module = getattr(sys.modules.get(cls.__module__), "__file__", None)
+        return Path(module).parent if module else None
+
+    @property
+    def ablations(self) -> Mapping[str, Ablation]:
+        """Those in ``ablations.toml`` beside the method's module."""
+        folder = self._folder()
+        path = folder / "ablations.toml" if folder else None
+        return variants.read(path, Ablation) if path and path.exists() else {}
+
+    @classmethod
+    def card_of(cls, weights: str) -> Record:
         """The card of shipped weights, or of those at a path. Raises FileError."""
         if authors := cls.authors_weights(Path(weights).expanduser()):
             return authors.card(cls(weights=weights).card)
@@ -234,19 +247,18 @@ class LearnedMethod:
         )
 
     @cached_property
-    def _card(self) -> Mapping[str, Any] | None:
+    def _card(self) -> Record | None:
         if self._at is None:
             return None
         if self._authors is not None:
             return self._authors.card(self.card)
         card = bundles.read_card(self._at)
-        facts = self._completed(card["facts"])
         bundles.check(
             self._at,
-            {**card, "facts": facts},
-            method=self.card.name,
-            version=self.card.version,
-            facts=self.facts(),
+            replace(card, facts=self._completed(card.facts)),
+            self.card.name,
+            self.card.version,
+            self.facts(),
         )
         return card
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench import defaults
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import atomic, write_text
 from retarget_bench.training.phases import NORM
+from retarget_bench.training.record import DECISIVE
 
 NAME = "log.csv"
 EVERY = 10
@@ -24,7 +24,6 @@ VALIDATION = "validation"
 PICTURE = "loss.png"
 SMOOTHED = 200
 """About how many points a curve of losses has; each is the mean of the rows that it stands for."""
-DECISIVE = defaults.VALIDATION[1][0]
 
 Series = tuple[np.ndarray, np.ndarray]
 

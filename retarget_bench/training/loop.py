@@ -19,12 +19,12 @@ from torch import Tensor
 from torch.utils.data import DataLoader, Dataset
 
 from retarget_bench.errors import BenchError
-from retarget_bench.training import checkpoint, log, parallel
-from retarget_bench.training.checkpoint import Best, Checkpoint
-from retarget_bench.training.config import LONGEST, Budget, TrainingConfig
+from retarget_bench.training import log, parallel, run_folder
+from retarget_bench.training.config import LONGEST
 from retarget_bench.training.contract import Batch, TrainingModule
 from retarget_bench.training.phases import optimiser_phases, to_device
-from retarget_bench.training.validate import Scores, Validator
+from retarget_bench.training.record import Run, Scores, Validation
+from retarget_bench.training.validate import Validator
 from retarget_bench.training.weight_average import WeightAverage
 
 SAVED = 60.0
@@ -53,7 +53,7 @@ class TrainingStatus:
     losses: Mapping[str, float]
     validation: Scores | None = None
     problem: str = ""
-    best: Best | None = None
+    best: Validation | None = None
 
 
 Show = Callable[[TrainingStatus], None]
@@ -65,24 +65,24 @@ class Loop:
 
     def __init__(
         self,
+        run: Run,
         module: TrainingModule,
-        config: TrainingConfig,
-        budget: Budget,
-        seed: int,
         device: torch.device,
         folder: Path,
         validator: Validator | None,
         show: Show,
-        saved: Callable[[Checkpoint, bool], None],
+        saved: Callable[[bool], None],
         workers: int = 0,
         tensorboard: bool = False,
     ) -> None:
-        """saved: called after every checkpoint, with whether its best weights are new.
+        """saved: called after every checkpoint (``at``), with whether its weights are the ``best`` so far.
         workers: processes that draw batches beforehand; 0: each is drawn when its step begins."""
         self.workers = workers if "fork" in get_all_start_methods() else 0
-        self.module, self.config, self.budget, self.seed = module, config, budget, seed
+        self.at, self.best = run, dict[str, Tensor]()
+        self.module, self.config, self.budget, self.seed = module, run.recipe, run.limit, run.seed
         self.device, self.folder, self.validator = device, folder, validator
         self.show, self.saved, self._tensorboard = show, saved, tensorboard
+        config = self.config
         self.rows, rest = divmod(config.batch, parallel.world())
         if rest:
             raise BenchError(
@@ -93,26 +93,24 @@ class Loop:
         parallel.share_state(module.modules)
         self.phases = optimiser_phases(module, config, device)
         self._average = WeightAverage(module.modules, config.average) if config.average else None
-        self.at = Checkpoint(0, 0.0, {})
         self._pending: list[dict[str, Tensor]] = []
 
     # ------------------------------------------------------------------------------------------- running
-    def run(self, start: Checkpoint | None = None, spent: float = 0.0) -> Checkpoint:
-        """Train to the end of the budget; the last checkpoint (of the first process).
+    def run(self, tensors: Mapping[str, Tensor], spent: float = 0.0) -> Run:
+        """Train to the end of the budget; the run as it ended (of the first process).
 
-        spent: seconds of a budget of time that are over before the first step. Raises BenchError where a
-        loss or gradient is not finite, FileError where nothing can be written.
+        tensors: of the run's checkpoint; none before the first. spent: seconds of a budget of time that are
+        over before the first step. Raises BenchError where a loss or gradient is not finite, FileError
+        where nothing can be written.
         """
-        if start is not None:
-            self._restore(start)
-        if parallel.first(lambda: self.at.step) != self.at.step:
-            raise BenchError(f"{self.folder}: not every process finds the same checkpoint there")
+        if tensors:
+            self._restore(tensors)
         first = parallel.rank() == 0
-        self._log = log.Log(self.folder, self.at.step, self._tensorboard) if first else None
+        self._log = log.Log(self.folder, self.at.steps, self._tensorboard) if first else None
         self._begun = time.perf_counter() - self.at.seconds - spent
-        self._used, self._started = self.budget.used(self.at.step, self.at.seconds), self._seconds
+        self._used, self._started = self.budget.used(self.at.steps, self.at.seconds), self._seconds
         self._saved = self._validated = time.perf_counter()
-        self._step = self.at.step
+        self._step = self.at.steps
         self._batches = self._drawn()
         share = self._share()
         while share < 1.0:
@@ -226,7 +224,7 @@ class Loop:
                 if not math.isfinite(value):
                     phase, _, term = name.partition(".")
                     what = "the gradient" if term == "norm" else f"the loss term {term}"
-                    at = self.at.step
+                    at = self.at.steps
                     kept = f"{self.folder} keeps step {at}" if at else "no checkpoint was made yet"
                     raise BenchError(
                         f"training diverged: at step {step} {what} of phase {phase} is not finite; {kept}. "
@@ -239,34 +237,34 @@ class Loop:
 
     # -------------------------------------------------------------------------- checkpoints
     def _save(self, scores: Scores | None, ended: bool) -> None:
-        before, best = self.at, self.at.best
-        history = before.validation
+        best, history, better = self.at.best, self.at.validation, False
         if scores is not None and self.validator is not None:
-            score = self.validator.decisive(scores)
-            seconds = round(self._seconds, 1)
-            history += ({"step": self._step, "seconds": seconds, "scores": scores},)
-            if score < (best.score if best and _counts(best.scores) == _counts(scores) else math.inf):
-                best = Best(self._step, score, scores)
-        new = best is not before.best
-        exported = self.export() if new else before.exported
+            now = Validation(self._step, round(self._seconds, 1), scores)
+            history, decisive = (*history, now), self.validator.decisive
+            comparable = best is not None and _counts(best.scores) == _counts(scores)
+            better = decisive(scores) < (decisive(best.scores) if best and comparable else math.inf)
+            best = now if better else best
         # of a budget that has ended nothing is left, though what follows was quicker than expected
         seconds = max(self._seconds, self.budget.seconds) if ended else self._seconds
-        self.at = Checkpoint(self._step, seconds, {}, best, exported, history)
-        state = {f"modules/{name}": each for name, each in self.module.modules.state_dict().items()}
+        kept = best.step if best else 0
+        run = replace(self.at, steps=self._step, seconds=seconds, step=kept, validation=history)
+        if better:
+            self.best = self.export()
+        tensors = {f"modules/{name}": each for name, each in self.module.modules.state_dict().items()}
         for phase in self.phases:
-            state |= {f"optimisers/{phase.name}/{key}": each for key, each in phase.state().items()}
+            tensors |= {f"optimisers/{phase.name}/{key}": each for key, each in phase.state().items()}
         if self._average is not None:
-            state |= {f"average/{name}": each for name, each in self._average.state().items()}
-        checkpoint.write(self.folder, replace(self.at, state=state))
-        self.saved(self.at, new)
+            tensors |= {f"average/{name}": each for name, each in self._average.state().items()}
+        tensors |= {f"best/{name}": each for name, each in self.best.items()}
+        self.at = run_folder.save(self.folder, run, tensors)
+        self.saved(better)
         self._saved = time.perf_counter()
 
-    def _restore(self, start: Checkpoint) -> None:
+    def _restore(self, tensors: Mapping[str, Tensor]) -> None:
         """Raises BenchError where the checkpoint is of another network."""
 
         def part(head: str) -> dict[str, Tensor]:
-            items = start.state.items()
-            return {key.removeprefix(head): each for key, each in items if key.startswith(head)}
+            return {key.removeprefix(head): x for key, x in tensors.items() if key.startswith(head)}
 
         try:
             self.module.modules.load_state_dict(part("modules/"))
@@ -279,7 +277,7 @@ class Loop:
                 f"{self.folder}: the checkpoint is of another network than this version of the method "
                 f"builds ({str(error).splitlines()[-1].strip()}); train anew in another folder"
             ) from error
-        self.at = replace(start, state={})
+        self.best = part("best/")
 
 
 class _Draws(Dataset[Batch]):

@@ -1,24 +1,36 @@
-"""A file of named arrays and the card beside it: safetensors and JSON, never pickle.
+"""A record as JSON and a file of named arrays whose hash it holds: safetensors, never pickle.
 
-The card holds the hash of the arrays. So a file that was damaged or exchanged is noticed, and a card alone
-says what its arrays are, without their being read.
+So arrays that were damaged or exchanged are noticed, and a record alone says what its arrays are, without
+their being read.
 """
 
 import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic, read_json
+from retarget_bench.files import atomic, read_json, write_text
 
 Arrays = Mapping[str, np.ndarray]
-LARGEST_CARD = 20_000_000
-"""Bytes of a card."""
+SCHEMA = 1
+LARGEST_RECORD = 20_000_000
+"""Bytes of one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hashed:
+    """A record of plain data. hash: of the arrays that it is of."""
+
+    hash: str = ""
+
+
+R = TypeVar("R", bound=Hashed)
 
 
 def arrays_hash(arrays: Arrays) -> str:
@@ -30,67 +42,90 @@ def arrays_hash(arrays: Arrays) -> str:
     return total.hexdigest()[:16]
 
 
-def pair(path: Path) -> tuple[Path, Path]:
-    """Arrays and card of either of the two, or of their common name."""
-    stem = path.with_suffix("") if path.suffix in (".safetensors", ".json") else path
-    return stem.with_name(f"{stem.name}.safetensors"), stem.with_name(f"{stem.name}.json")
+def arrays_of(record: Path) -> Path:
+    """The file of arrays beside ``NAME.json``."""
+    return record.with_suffix(".safetensors")
 
 
-def write(path: Path, arrays: Arrays, card: Mapping[str, Any], schema: int) -> dict[str, Any]:
-    """Both files, each atomically, the card last; the card as it was written.
+def write(path: Path, record: R, arrays: Arrays, file: Path | None = None) -> R:
+    """Record and arrays, each atomically, the record last; the record with their hash.
 
-    Raises FileError where they cannot be written: what was there before is then intact.
+    file: of the arrays, if not the one beside the record. Raises FileError where they cannot be written:
+    what was there before is then intact.
     """
     from safetensors.numpy import save
 
-    file, facts = pair(path)
-    full_card = {"schema": schema, "hash": arrays_hash(arrays), **card}
-    text = json.dumps(full_card, indent=1, ensure_ascii=False) + "\n"
+    full = replace(record, hash=arrays_hash(arrays))
     # both are complete before either is renamed; the inner one, the arrays, is renamed first
-    with atomic(facts) as new_facts, atomic(file) as new_file:
+    with atomic(path) as new_record, atomic(file or arrays_of(path)) as new_file:
         # not save_file, which makes files that nobody else may read
         new_file.write_bytes(save({name: np.asarray(each, order="C") for name, each in arrays.items()}))
-        new_facts.write_text(text, encoding="utf-8", newline="\n")
-    return full_card
+        new_record.write_text(_text(full), encoding="utf-8", newline="\n")
+    return full
 
 
-def read_card(path: Path, schema: int, needed: tuple[str, ...], what: str) -> dict[str, Any]:
-    """A card; ``what``: whose it should be (``a feature network``), ``needed``: required entries.
+def write_record(path: Path, record: Hashed) -> None:
+    """The record alone, whose arrays are as they were. Raises FileError."""
+    write_text(path, _text(record))
+
+
+def _text(record: Hashed) -> str:
+    return json.dumps({"schema": SCHEMA, **asdict(record)}, indent=1, ensure_ascii=False) + "\n"
+
+
+def read_record(path: Path, kind: type[R], what: str) -> R:
+    """A record of this kind; ``what`` it should be, for messages (``the card of a feature network``).
 
     Raises FileError where it is none, or from a newer version.
     """
-    _, facts = pair(path)
+    from pydantic import ValidationError
+
     try:
-        card = read_json(facts, LARGEST_CARD)
-        version = card["schema"]
-        missing = [key for key in ("hash", *needed) if key not in card]
+        facts = read_json(path, LARGEST_RECORD)
     except FileError as error:
-        raise FileError(facts, f"is not the card of {what}: it {error.problem}") from error
-    except (KeyError, TypeError) as error:
-        raise FileError(facts, f"is not the card of {what} ({error})") from error
-    if not isinstance(version, int) or version > schema:
-        raise FileError(facts, f"has schema {version}; this version reads up to {schema}")
-    if missing:
-        raise FileError(facts, f"is not the card of {what} (it lacks {', '.join(missing)})")
-    return dict(card)
+        raise FileError(path, f"is not {what}: it {error.problem}") from error
+    if not isinstance(facts, dict) or "schema" not in facts:
+        raise FileError(path, f"is not {what} (it has no schema)")
+    if facts["schema"] != SCHEMA:
+        raise FileError(path, f"has schema {facts['schema']}; this version reads {SCHEMA}")
+    try:
+        record: R = _type(kind).validate_json(json.dumps(facts), strict=True)  # type: ignore[arg-type]
+    except ValidationError as error:
+        odd = error.errors()[0]
+        where = ".".join(map(str, odd["loc"]))
+        raise FileError(path, f"is not {what} ({where}: {odd['msg']})") from error
+    return record
 
 
-def read_arrays(path: Path, card: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """The arrays that a card describes. Raises FileError where they are damaged, others or not finite."""
+@lru_cache
+def _type(kind: Any) -> Any:
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(kind)
+
+
+def read_arrays(file: Path, record: Path, written: str) -> dict[str, np.ndarray]:
+    """The arrays whose hash a record holds. Raises FileError where they are damaged or others."""
     from safetensors import SafetensorError
     from safetensors.numpy import load_file
 
-    file, facts = pair(path)
     try:
         if not file.is_file():
             raise OSError("it is no file")
-        arrays = load_file(file)
+        arrays: dict[str, np.ndarray] = load_file(file)
     except (OSError, SafetensorError) as error:
         raise FileError(file, f"cannot be read ({error}); train it anew") from error
     except (KeyError, TypeError, AttributeError, ValueError) as error:  # of types that numpy lacks
         raise FileError(file, f"holds numbers of a type that cannot be read ({error})") from error
-    if arrays_hash(arrays) != card["hash"]:
-        raise FileError(file, f"is not what {facts.name} describes; train it anew")
+    if arrays_hash(arrays) != written:
+        raise FileError(file, f"is not what {record.name} describes; train it anew")
+    return arrays
+
+
+def read_weights(record: Path, written: str) -> dict[str, np.ndarray]:
+    """The same of arrays beside their record, each of real, finite numbers. Raises FileError."""
+    file = arrays_of(record)
+    arrays = read_arrays(file, record, written)
     for name, array in arrays.items():
         if array.dtype.kind not in "fiub":
             raise FileError(file, f"{name} is of type {array.dtype}; weights are real numbers")
@@ -98,19 +133,16 @@ def read_arrays(path: Path, card: Mapping[str, Any]) -> dict[str, np.ndarray]:
             finite = np.isfinite(array.astype(np.float32)).all()
         if not finite:
             raise FileError(file, f"{name} has numbers that are not finite; train it anew")
-    return dict(arrays)
+    return arrays
 
 
-def verify(path: Path, card: Mapping[str, Any]) -> None:
-    """Compare the arrays with what their card says, once for each state of their file. Raises FileError."""
-    file, _ = pair(path)
-    try:
-        state = file.stat()
-    except OSError as error:
-        raise FileError(file, f"cannot be read ({error.strerror}); train it anew") from error
-    _verified(file, str(card["hash"]), state.st_mtime_ns, state.st_size)
+def verify(record: Path, written: str) -> None:
+    """Compare weights with what their record says, once for each state of their file. Raises FileError."""
+    file = arrays_of(record)
+    state = file.stat() if file.exists() else None
+    _verified(record, written, state and (state.st_mtime_ns, state.st_size))
 
 
 @lru_cache(maxsize=128)
-def _verified(file: Path, written: str, _changed: int, _size: int) -> None:
-    read_arrays(file, {"hash": written})
+def _verified(record: Path, written: str, _state: tuple[int, int] | None) -> None:
+    read_weights(record, written)

@@ -1,9 +1,10 @@
 """``bench train`` from options to weights: settle the request, gather motion, run the loop."""
 
+import shlex
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -14,21 +15,19 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.header_builder import versions
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training import checkpoint, joint_datasets, log, parallel, request, weights
-from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
-from retarget_bench.training.checkpoint import Checkpoint
+from retarget_bench.training import joint_datasets, log, parallel, run_folder, weights
+from retarget_bench.training.card import OTHER_DATA, UNKNOWN, UNWATCHED, card, completed
 from retarget_bench.training.config import Augmentation, Budget, TrainingConfig, presets
 from retarget_bench.training.contract import LearnsFromPairs
 from retarget_bench.training.data import TrainingData, gather
 from retarget_bench.training.loop import LEAST, Loop, TrainingStatus
 from retarget_bench.training.pair_data import gather_pairs
 from retarget_bench.training.phases import set_deterministic
-from retarget_bench.training.request import Request
+from retarget_bench.training.record import Run, TrainedOn
 from retarget_bench.training.settings import TrainingSettings
 from retarget_bench.training.validate import Validator
 
 FOLDER = Path("runs/train")
-_OTHER_DATA = "{} is no longer the data that this run began with; train anew in another folder"
 DRAWN = 120.0
 """Seconds between pictures of the curves."""
 
@@ -47,25 +46,15 @@ class ProgressReporter(Protocol):
     def say(self, text: str) -> None: ...
     def gathering(self, done: int, total: int) -> None: ...
     def loading(self, done: int, total: int) -> None: ...
-    def began(self, run: Request, at: Checkpoint) -> None: ...
+    def began(self, run: Run) -> None: ...
     def show(self, status: TrainingStatus) -> None: ...
 
 
-@dataclass(frozen=True)
-class TrainingResult:
-    """folder: with the weights. at: the last checkpoint. run: the run that was trained."""
+def train(options: TrainingOptions, reporter: ProgressReporter, begun: float | None = None) -> Run:
+    """Train a method, or go on with it; the run as it ended.
 
-    folder: Path
-    at: Checkpoint
-    run: Request
-
-
-def train(
-    options: TrainingOptions, reporter: ProgressReporter, begun: float | None = None
-) -> TrainingResult:
-    """Train a method, or go on with it. Raises BenchError for whatever stands in the way.
-
-    begun: when the command began, by ``perf_counter``, which a budget of time counts from; None: now."""
+    begun: when the command began, by ``perf_counter``, which a budget of time counts from; None: now.
+    Raises BenchError for whatever stands in the way."""
     begun = time.perf_counter() if begun is None else begun
     if options.tensorboard:
         log.summary_writer()  # says that it is missing before there is a run
@@ -75,8 +64,8 @@ def train(
     try:
         with ExitStack() as held:  # in the first process the lock of the folder
 
-            def settled() -> tuple[Path, Request]:
-                held.enter_context(request.locked(folder_of(options)))
+            def settled() -> tuple[Path, Run]:
+                held.enter_context(run_folder.locked(folder_of(options)))
                 return _settled(options)
 
             folder, run = parallel.first(settled)
@@ -95,23 +84,21 @@ def finished(options: TrainingOptions) -> bool:
 
     Raises BenchError where its folder holds another run than the options name.
     """
-    if options.out is None or request.read(options.out) is None:
+    if options.out is None or run_folder.read(options.out) is None:
         return False
     folder, run = _settled(options)
-    at = checkpoint.read(folder)
-    ended = at is not None and run.limit.used(at.step, at.seconds) >= 1.0
-    return ended and (folder / f"{weights.BEST}.json").exists()
+    return run.ended and (folder / f"{weights.BEST}.json").exists()
 
 
 def _train(
     folder: Path,
-    run: Request,
+    run: Run,
     options: TrainingOptions,
     reporter: ProgressReporter,
     device: torch.device,
     begun: float,
-) -> TrainingResult:
-    spec, data_spec = Spec.parse(run.method), Spec.parse(run.dataset)
+) -> Run:
+    spec, data_spec = Spec.parse(run.scored_as), Spec.parse(run.dataset)
     data, config = joint_datasets.dataset(data_spec), run.recipe
     gathering = _first_only(reporter.gathering)
     training_data = parallel.in_turn(
@@ -121,64 +108,52 @@ def _train(
             else gather(data_spec, spec, config.fps, options.jobs, gathering, config.augmentation)
         )
     )
-    run = parallel.first(lambda: _with_motion(run, training_data))
+    before, run = run, parallel.first(lambda: completed(run, data, training_data, device))
     torch.manual_seed(run.seed)
     module = bound.method(spec).built.training_module(training_data, config)  # type: ignore[attr-defined]
-    start = checkpoint.read(folder)
-    if run.init and start is None:
-        before = _initial_weights(spec, run.init_path)
-        if before.hash != run.init:
+    tensors = run_folder.tensors(folder, run)
+    if run.init and not tensors:
+        initial = _initial_weights(spec, run.init_path)
+        if initial.hash != run.init:
             raise BenchError(f"{run.init_path}: these are no longer the weights that this run began with")
-        module.load(before.tensors)
+        module.load(initial.tensors)
     module.modules.to(device)
-    left = max(0.0, run.limit.seconds - (start.seconds if start else 0.0))
+    left = max(0.0, run.limit.seconds - run.seconds)
     validator = _validator(data, module, config.cases, left * LEAST, device, reporter)
     drawn = time.perf_counter()
 
-    def write(at: Checkpoint, tensors: Mapping[str, torch.Tensor]) -> None:
-        """The best weights with their card; without validation the last ones."""
-        weights.write(folder, weights.BEST, tensors, card(run, data, training_data, at, folder, device))
+    def write(chosen: Mapping[str, torch.Tensor]) -> None:
+        """Weights with their card."""
+        weights.write(folder, weights.BEST, chosen, card(loop.at, folder))
 
     def draw() -> None:
-        log.draw(folder, f"{run.method} on {data.label.strip()}")
+        log.draw(folder, f"{run.scored_as} on {data.label.strip()}")
 
-    def saved(at: Checkpoint, better: bool) -> None:
+    def saved(better: bool) -> None:
         nonlocal drawn
         if better:
-            write(at, at.exported)
+            write(loop.best)
         if time.perf_counter() - drawn > DRAWN:
             draw()
             drawn = time.perf_counter()
 
     show = _first_only(reporter.show)
     workers = options.jobs if device.type == "cuda" else 0
-    loop = Loop(
-        module,
-        config,
-        run.limit,
-        run.seed,
-        device,
-        folder,
-        validator,
-        show,
-        saved,
-        workers,
-        options.tensorboard,
-    )
+    loop = Loop(run, module, device, folder, validator, show, saved, workers, options.tensorboard)
     if parallel.rank() == 0:
-        request.write(folder, replace(run, job=parallel.job()))
+        run_folder.write(folder, run)
         for note in training_data.notes:
             reporter.say(note)
-        if start is None:
+        if not run.steps:
             reporter.say(_amount(training_data, config))
-        if run.processes != parallel.world():
-            reporter.say(f"this run began with {run.processes} processes; its batches are now others")
-        reporter.began(run, start or Checkpoint(0, 0.0, {}))
-    at = loop.run(start, time.perf_counter() - begun if run.limit.seconds else 0.0)
+        if before.processes != run.processes:
+            reporter.say(f"this run had {before.processes} processes before; its batches are now others")
+        reporter.began(run)
+    run = loop.run(tensors, time.perf_counter() - begun if run.limit.seconds else 0.0)
     if parallel.rank() == 0:
-        write(at, at.exported if at.best else loop.export())
+        write(loop.best or loop.export())
         draw()
-    return TrainingResult(folder, at, run)
+    return run
 
 
 def _first_only(call: Callable[..., Any]) -> Callable[..., Any]:
@@ -193,7 +168,7 @@ def _validator(
     0: none."""
     if parallel.rank() > 0:
         return None
-    why = UNPARTED
+    why = "the data set has no validation part"
     if (aside := optional.validation(data)) is not None:
         if validator := Validator(aside, module.method(), cases, device, reporter.loading):
             every = len(validator)
@@ -219,11 +194,11 @@ def folder_of(options: TrainingOptions) -> Path:
     return FOLDER / registry.canonical("methods", options.method).slug
 
 
-def _settled(options: TrainingOptions) -> tuple[Path, Request]:
+def _settled(options: TrainingOptions) -> tuple[Path, Run]:
     """The folder, and the run that it holds or will hold. Raises BenchError."""
-    method = registry.canonical("methods", options.method) if options.method else None
+    method = _without_weights(registry.canonical("methods", options.method)) if options.method else None
     folder = folder_of(options)
-    earlier = request.read(folder)
+    earlier = run_folder.read(folder)
     again = earlier is not None and parallel.restarted() and earlier.job == parallel.job()
     if earlier is not None and not options.resume and not again:
         raise BenchError(
@@ -239,56 +214,67 @@ def _settled(options: TrainingOptions) -> tuple[Path, Request]:
     return folder, _new(options, method)
 
 
-def _same(run: Request, options: TrainingOptions, method: Spec | None) -> Request:
+def _without_weights(method: Spec) -> Spec:
+    """Those that are trained take their place."""
+    return replace(method, parameters={k: x for k, x in method.parameters.items() if k != "weights"})
+
+
+def _same(run: Run, options: TrainingOptions, method: Spec | None) -> Run:
     """The run, with its data where they lie now. Raises BenchError where it cannot go on as it began."""
-    explicit = {"method": method and str(method), "preset": options.preset, "seed": options.seed}
-    explicit |= {"precision": options.precision, "augment": options.augment or None}
-    request.contradicted(run, explicit)
+    contradicted("method", run.scored_as, method and str(method))
+    contradicted("preset", run.preset, options.preset)
+    contradicted("seed", run.seed, options.seed)
+    contradicted("precision", run.recipe.precision, options.precision)
+    contradicted("augment", run.recipe.augmentation is not None, options.augment or None)
     if options.dataset is not None:
-        data = str(joint_datasets.canonical(options.dataset))
-        if request.without_places(data) != request.without_places(run.dataset):
-            request.contradicted(run, {"dataset": data})
-        run = replace(run, dataset=data)
-    spec = Spec.parse(run.method)
+        data = joint_datasets.canonical(options.dataset)
+        if str(joint_datasets.without_places(data)) != run.data.spec:
+            contradicted("dataset", run.dataset, str(data))
+        run = replace(run, dataset=str(data))
+    spec = Spec.parse(run.scored_as)
     built = _trainable(spec)
     version = str(built.card.version)
-    if (version, dict(built.facts())) != (run.version, dict(run.facts)):
+    if (version, dict(built.facts())) != (run.version, run.facts):
         raise BenchError(
-            f"{run.method} is not what this run began with (version {run.version}, now {version}, or "
-            "other parameters); train anew in another folder"
+            f"{spec} is not what this run began with (version {run.version}, now {version}, or other "
+            "parameters); train anew in another folder"
         )
     if options.init is not None:
-        request.contradicted(run, {"init": _initial_weights(spec, options.init).hash})
-    if joint_datasets.dataset(Spec.parse(run.dataset)).content != run.content:
-        raise BenchError(_OTHER_DATA.format(run.dataset))
+        contradicted("init", run.init, _initial_weights(spec, options.init).hash)
+    if joint_datasets.dataset(Spec.parse(run.dataset)).content != run.data.content:
+        raise BenchError(OTHER_DATA.format(run.dataset))
     return run
 
 
-def _extended(folder: Path, run: Request, budget: str | None) -> Request:
+def contradicted(option: str, before: object, value: object) -> None:
+    """Raises BenchError where an option that was given (is not None) differs from the run's."""
+    if value is not None and value != before:
+        begun = f"no {option}" if before in ("", None) else f"{option} {before}"
+        raise BenchError(
+            f"this run began with {begun}, not {value}; leave the option out to go on with it, or give "
+            "another --out to begin another run"
+        )
+
+
+def _extended(folder: Path, run: Run, budget: str | None) -> Run:
     """The run under another budget, "" being its preset's. Raises BenchError where none of it is left."""
     if budget is None or budget == run.budget:
         return run
     if not budget:
-        request.contradicted(run, {"budget": budget})
-    limit, at = Budget.parse(budget), checkpoint.read(folder) or Checkpoint(0, 0.0, {})
-    if limit.used(at.step, at.seconds) >= 1.0:
+        contradicted("budget", run.budget, budget)
+    limit = Budget.parse(budget)
+    longer = replace(run, budget=budget, recipe=replace(run.recipe, steps=limit.steps or run.recipe.steps))
+    if longer.ended:
         raise BenchError(
-            f"{folder} holds a run of {at.step} steps in {at.seconds:.0f} s, and a budget of {budget} "
+            f"{folder} holds a run of {run.steps} steps in {run.seconds:.0f} s, and a budget of {budget} "
             "leaves nothing to go on with; give a longer one"
         )
-    earlier = (*run.earlier, f"{run.budget or f'{run.recipe.steps}it'} (up to step {at.step})")
-    config = replace(run.recipe, steps=limit.steps) if limit.steps else run.recipe
-    return replace(run, budget=budget, recipe=config, earlier=earlier if at.step else run.earlier)
+    before = f"the budget was {run.budget or f'{run.recipe.steps}it'} up to step {run.steps}"
+    notes = [*run.notes, before] if run.steps else run.notes
+    return replace(longer, notes=notes, command=_command(longer))
 
 
-def _with_motion(run: Request, training_data: TrainingData) -> Request:
-    """The run with its motion's hash. Raises BenchError where it began with other motion."""
-    if run.motion not in ("", training_data.hash):
-        raise BenchError(_OTHER_DATA.format(run.dataset))
-    return replace(run, motion=training_data.hash)
-
-
-def _new(options: TrainingOptions, method: Spec) -> Request:
+def _new(options: TrainingOptions, method: Spec) -> Run:
     if options.dataset is None:
         raise BenchError("say what to train on: -d DATASET")
     data_spec = joint_datasets.canonical(options.dataset)
@@ -297,31 +283,47 @@ def _new(options: TrainingOptions, method: Spec) -> Request:
     if name not in (offered := presets(built)):
         raise BenchError(f"{method.name} has no preset {name!r}; there are {', '.join(offered)}")
     config = offered[name]
-    if options.budget and (limit := Budget.parse(options.budget)).steps:
-        config = replace(config, steps=limit.steps)
+    if options.budget:
+        config = replace(config, steps=Budget.parse(options.budget).steps or config.steps)
     config = replace(config, precision=options.precision or config.precision)
     if options.augment:
         config = replace(config, augmentation=_augmentation(method, built, config))
-    before = _initial_weights(method, options.init).card if options.init else {}
-    manifest = before.get("training_manifest") or {}
-    return Request(
-        method=str(method),
-        dataset=str(data_spec),
+    initial = _initial_weights(method, options.init).card if options.init else None
+    seen = initial.training_manifest if initial else None
+    unknown = initial is not None and (not seen or UNKNOWN in initial.notes)
+    run = Run(
+        method=method.name,
+        version=str(built.card.version),
+        facts=dict(built.facts()),
+        data=TrainedOn(
+            spec=str(joint_datasets.without_places(data_spec)), label=data.label, content=data.content
+        ),
+        recipe=config,
         preset=name,
         budget=options.budget or "",
         seed=options.seed or 0,
-        recipe=config,
-        version=str(built.card.version),
-        facts=dict(built.facts()),
-        label=data.label,
-        content=data.content,
-        init=str(before.get("hash", "")),
-        init_path=options.init or "",
-        seen=manifest,
-        seen_all=bool(manifest) and UNKNOWN not in before.get("notes", ()),
+        init=initial.hash if initial else None,
+        scored_as=str(method),
         processes=parallel.world(),
+        training_manifest=seen,
+        notes=[UNKNOWN] if unknown else [],
+        dataset=str(data_spec),
+        init_path=options.init or "",
         versions=versions(),
     )
+    return replace(run, command=_command(run))
+
+
+def _command(run: Run) -> str:
+    """The command that asks for a run, without places of files."""
+    recipe, data = run.recipe, joint_datasets.split_spec(Spec.parse(run.data.spec))
+    parts = ["bench", "train", run.scored_as, *(word for each in data for word in ("-d", str(each)))]
+    parts += ["--preset", run.preset]
+    parts += ["--budget", run.budget] if run.budget else []
+    parts += ["--precision", recipe.precision] if recipe.precision != TrainingConfig.precision else []
+    parts += ["--augment"] if recipe.augmentation is not None else []
+    parts += ["--init", "WEIGHTS"] if run.init else []
+    return shlex.join([*parts, "--seed", str(run.seed)])
 
 
 def _augmentation(method: Spec, built: Any, config: TrainingConfig) -> Augmentation:
@@ -359,7 +361,6 @@ def _initial_weights(spec: Spec, name_or_path: str) -> weights.Bundle:
     """Weights to begin with: the name of shipped ones, or a path. Raises BenchError."""
     built = _trainable(spec)
     shipped: Mapping[str, Path] = getattr(built, "shipped", dict)()
-    version, facts = str(built.card.version), dict(built.facts())
-    return weights.read(
-        shipped.get(name_or_path, name_or_path), method=spec.name, version=version, facts=facts
-    )
+    bundle = weights.read(shipped.get(name_or_path, name_or_path))
+    weights.check(name_or_path, bundle.card, spec.name, str(built.card.version), built.facts())
+    return bundle

@@ -19,10 +19,9 @@ from retarget_bench.evaluation.batches import batches
 from retarget_bench.files import digest
 from retarget_bench.plugins import bound
 from retarget_bench.results import store
+from retarget_bench.training.record import Scores, error
 
 TASK = "retarget"
-Scores = Mapping[str, Mapping[str, float]]
-"""Split -> value id -> mean over its cases, and ``n`` -> how many gave an answer."""
 
 
 class Validator:
@@ -110,11 +109,9 @@ class Validator:
         return scores
 
     def decisive(self, scores: Scores) -> float:
-        """The number to minimise: the mean over splits of the first value; infinite unless every case has
-        an answer that it can be had of."""
-        each = [values.get(self.values[0], math.inf) for values in scores.values()]
+        """The number to minimise, infinite unless every case has an answer that it can be had of."""
         complete = sum(values["n"] for values in scores.values()) == len(self)
-        return sum(each) / len(each) if each and complete else math.inf
+        return error(scores) if complete else math.inf
 
     def _rows(self, method: Method, chosen: Sequence[Case]) -> list[Mapping[str, Any]]:
         rows: list[Mapping[str, Any]] = []

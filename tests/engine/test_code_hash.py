@@ -13,6 +13,7 @@ from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.code_hash import (
     all_statements,
     code_hash,
+    own_files,
     package_code,
     reached,
     statements,
@@ -109,6 +110,15 @@ def test_all_statements_are_found_wherever_they_stand():
 def test_what_is_no_python_counts_byte_by_byte():
     assert statements(b"a b # c") != statements(b"a b # d")
     assert statements(b"x = 1 \xff") != statements(b"x = 1 \xfe")
+
+
+def test_tables_beside_a_method_count(tmp_path):
+    (tmp_path / "__init__.py").write_text("plugin = None\n")
+    table = tmp_path / "variants.toml"
+    table.write_text("[own]\nweight = 1.0\n")
+    first = code_hash(own_files(tmp_path / "__init__.py"))
+    table.write_text("[own]\nweight = 2.0\n")
+    assert code_hash(own_files(tmp_path / "__init__.py")) != first
 
 
 def test_names_of_files_count_and_their_order_and_folder_do_not(tmp_path):

@@ -20,12 +20,13 @@ from retarget_bench.motion.files.reading import Reading
 from retarget_bench.results import predictions, store
 from retarget_bench.results.header import STATUSES
 from retarget_bench.training import tensor_files
+from retarget_bench.training.record import Record
 
 DEEP = 50_000
 
 
 def card(path: Path) -> object:
-    return tensor_files.read_card(path, 1, (), "weights")
+    return tensor_files.read_record(path, Record, "the card of weights")
 
 
 def of_submission(path: Path) -> object:

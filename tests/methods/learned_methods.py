@@ -28,6 +28,7 @@ from retarget_bench.methods.pmnet import plugin as Pmnet
 from retarget_bench.methods.pmnet_cross import plugin as PmnetCross
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+from retarget_bench.training.config import presets
 from retarget_bench.training.data import ClipArrays, TrainingData
 
 Names = Sequence[tuple[str, int, str]]
@@ -113,7 +114,7 @@ def paired_training() -> Any:
     }
     torch.manual_seed(0)
     method = Paired()
-    return method.training_module(TrainingData(same_material.BODIES, clips), method.presets["quick"])
+    return method.training_module(TrainingData(same_material.BODIES, clips), presets(method)["quick"])
 
 
 TOYS = {**nkn_toys.CAST, "short": SHORT}

@@ -10,6 +10,7 @@ from training_material import training_data
 
 from retarget_bench.methods.npt import NPT
 from retarget_bench.methods.npt.training import NptTraining
+from retarget_bench.training.config import presets
 
 BODIES = {
     "one": skinned_body("one"),
@@ -21,4 +22,4 @@ BODIES = {
 def training_module(**parameters: Any) -> NptTraining:
     method = NPT(**{"width": 24, "points": 60, **parameters})
     torch.manual_seed(0)
-    return method.training_module(training_data(method, BODIES, (12,)), method.presets["quick"])
+    return method.training_module(training_data(method, BODIES, (12,)), presets(method)["quick"])

@@ -21,6 +21,7 @@ from retarget_bench.methods.same.training import SameTraining
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.importer import load
 from retarget_bench.motion.measures import measure
+from retarget_bench.training.config import presets
 
 BODIES: dict[str, Character] = {
     "plain": replace(body("plain"), name="plain"),
@@ -33,7 +34,7 @@ WINDOW = 8
 def training_module(frames: tuple[int, ...] = (30, 11)) -> SameTraining:
     method = Same()
     torch.manual_seed(0)
-    return method.training_module(training_data(method, BODIES, frames), method.presets["quick"])
+    return method.training_module(training_data(method, BODIES, frames), presets(method)["quick"])
 
 
 def trained(**parameters: Any) -> Same:

@@ -18,7 +18,7 @@ from torch import Tensor
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.settings import BETWEEN_LEGS, SETTINGS
+from retarget_bench.methods.pan.settings import VARIANTS
 from retarget_bench.methods.r2et import R2ET
 from retarget_bench.methods.same import Same
 from retarget_bench.methods.san import San
@@ -32,10 +32,10 @@ STRUCTURES = {"S23": "mixamo-A", "S28": "mixamo-B", "human": "lafan22", "dog": "
 @pytest.fixture
 def small(monkeypatch):
     """PAN in the sizes of the networks whose answers we have."""
-    for variants in (SETTINGS, BETWEEN_LEGS):
-        released = variants["released"]
+    for name in ("released", "released_three"):
+        released = VARIANTS[name]
         design = replace(released.design, width=16, skeleton=16, feedforward=64)
-        monkeypatch.setitem(variants, "released", replace(released, design=design))
+        monkeypatch.setitem(VARIANTS, name, replace(released, design=design))
 
 
 @pytest.fixture
@@ -171,7 +171,7 @@ def test_they_are_known_by_their_bytes_and_as_the_authors(folders, name):
     assert built.weights_label == f"authors-{built.weights_hash[:8]}"
     again = of_weights(plugin, str(folder))
     assert again.facts() == built.facts()
-    assert again.weights_card["notes"][0].startswith("the authors' weights")
+    assert again.weights_card.notes[0].startswith("the authors' weights")
     spec = Spec(plugin, {"variant": "released", **({"parts": "three"} if name == "three" else {})})
     label = bound.method(spec.with_parameters(weights=str(folder))).known_as
     assert label == spec.with_parameters(weights=built.weights_label)

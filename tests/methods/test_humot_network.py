@@ -30,7 +30,8 @@ from retarget_bench.methods.humot.network import block as blocks
 from retarget_bench.methods.humot.network import layers as temporal
 from retarget_bench.methods.humot.network.layers import STRETCH, TemporalConvolution
 from retarget_bench.methods.humot.network.tokens import RaggedTokens
-from retarget_bench.methods.humot.settings import PAPER_COUNT, SMALL, TEXT, Design
+from retarget_bench.methods.humot.settings import DESIGNS as VARIANTS
+from retarget_bench.methods.humot.settings import Design
 from retarget_bench.methods.humot.training import DROP_MAJOR, DROP_OTHER, subsampled
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
@@ -38,10 +39,10 @@ from tests.examples import examples
 
 TINY = {"width": 16, "latent": 8, "heads": 4, "blocks": (2, 2), "template": (4, 6), "motion": (3, 5, 8)}
 DESIGNS = {
-    "batch": replace(TEXT, **TINY),
-    "batch, free of parameters": replace(PAPER_COUNT, **TINY),
-    "layer": replace(SMALL, **TINY),
-    "layer, free of parameters": replace(SMALL, **TINY, affine=False, biased=True),
+    "batch": replace(VARIANTS["text"], **TINY),
+    "batch, free of parameters": replace(VARIANTS["paper_count"], **TINY),
+    "layer": replace(VARIANTS["small"], **TINY),
+    "layer, free of parameters": replace(VARIANTS["small"], **TINY, affine=False, biased=True),
 }
 every_design = pytest.mark.parametrize("design", DESIGNS.values(), ids=list(DESIGNS))
 by_token = [design for design in DESIGNS.values() if design.norm == "layer"]

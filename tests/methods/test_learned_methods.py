@@ -27,6 +27,7 @@ from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.layers.adversarial import NknUpdateRule
 from retarget_bench.training.phases import NORM, OptimiserPhase, optimiser_phases
+from retarget_bench.training.record import Record
 
 CPU = torch.device("cpu")
 POSITIONS = ("nkn", "nkn_cross", "pmnet", "pmnet_cross", "smrm", "humot")
@@ -253,7 +254,7 @@ def test_one_character_is_not_enough(name: str) -> None:
 @of_plain
 def test_weights_come_back_from_their_files(learned: Learned, tmp_path: Any) -> None:
     method = learned.method()
-    card = {"method": method.card.name, "version": method.card.version, "facts": dict(method.facts())}
+    card = Record(method=method.card.name, version=method.card.version, facts=method.facts())
     stored = weights.write(tmp_path, "weights", method.tensors, card, exact=list(method.tensors))
     again = type(method)(**{**method.facts(), **learned.said}, weights=str(tmp_path))
     assert again.facts() == method.facts()

@@ -69,7 +69,7 @@ def test_only_rows_of_the_same_body_are_compared_with_their_source():
 def test_presets_are_the_papers_and_smaller_ones():
     paper = plugin.presets["paper"]
     assert (paper.steps, paper.batch, paper.window, paper.rate) == (50_000, 16, 60, 1e-4)
-    assert set(plugin.presets) == {"paper", "default", "quick"}
+    assert set(plugin.presets) == {"paper", "default"}
 
 
 # ---------------------------------------------------------------------------------------- retargeting

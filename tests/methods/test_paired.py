@@ -49,7 +49,7 @@ def material() -> TrainingData:
 def training(material: TrainingData) -> PairedTraining:
     torch.manual_seed(0)
     method = Paired()
-    return method.training_module(material, method.presets["quick"])
+    return method.training_module(material, method.presets["default"])
 
 
 def batch(training: PairedTraining, rows: int = 4, seed: int = 1) -> Row:

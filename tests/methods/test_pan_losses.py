@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from method_bodies import dance
 
 from retarget_bench.methods.pan import Pan, losses
-from retarget_bench.methods.pan.settings import BETWEEN_LEGS, SETTINGS
+from retarget_bench.methods.pan.settings import VARIANTS
 from retarget_bench.motion import facing
 from retarget_bench.training.layers.skeletal.end_effectors import ends_of
 from retarget_bench.training.layers.skeletal.features import Features
@@ -225,7 +225,7 @@ def test_a_replay_buffer_keeps_fifty_answers():
 
 
 def test_paper_variants_have_the_weights_of_the_record():
-    paper, legs = (variants["paper"].weights for variants in (SETTINGS, BETWEEN_LEGS))
+    paper, legs = (VARIANTS[name].weights for name in ("paper", "paper_three"))
     for weights in (paper, legs):
         assert (weights.edges, weights.cycle, weights.again, weights.kinematic) == (1.0, 2.5, 2.5, 100.0)
         assert weights.adversarial == 1.0
@@ -234,7 +234,7 @@ def test_paper_variants_have_the_weights_of_the_record():
 
 
 def test_the_released_code_between_legs_has_the_settings_of_the_record():
-    code = BETWEEN_LEGS["released"]
+    code = VARIANTS["released_three"]
     assert (code.design.layers, code.design.heads, code.design.squashed) == (1, 1, False)
     assert (code.features.root, code.yaw) == ("velocity", "source")
     assert code.weights.discriminator_input == "positions"

@@ -28,19 +28,20 @@ from torch.nn import functional
 
 from retarget_bench.methods.pan.network import Decoder, Discriminator, Encoder, SkeletonEncoder, layers
 from retarget_bench.methods.pan.network.layers import LEVELS, DropoutMask
-from retarget_bench.methods.pan.settings import OWN, PAPER, RELEASED, RELEASED_THREE, Design
+from retarget_bench.methods.pan.settings import VARIANTS, Design
 from retarget_bench.training.layers.skeletal.layout import Layout
 
+PAPER, RELEASED = VARIANTS["paper"].design, VARIANTS["released"].design
 LAYOUTS = {"S23": S23, "S28": S28, "three": THREE}
 DESIGNS = {
     "paper": PAPER,
     "released": replace(RELEASED, dropout=0.0),
     "released, the paper's masks": replace(RELEASED, dropout=0.0, conv_mask="paper", bone_mask="paper"),
     "released, mutual": replace(RELEASED, dropout=0.0, mutual=True, padded=False),
-    "own": OWN,
+    "own": VARIANTS["own"].design,
 }
 BUILDS = [(layout, design) for design in DESIGNS.values() for layout in LAYOUTS.values()]
-BUILDS.append((JOINTS, replace(RELEASED_THREE, layers=2)))
+BUILDS.append((JOINTS, replace(VARIANTS["released_three"].design, layers=2)))
 BUILT = [f"{layout}-{design}" for design in DESIGNS for layout in LAYOUTS] + ["joints-released"]
 presets = pytest.mark.parametrize("preset", [PAPER, RELEASED], ids=["paper", "released"])
 

@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from retarget_bench.methods.humot import network as humot
-from retarget_bench.methods.humot.settings import PAPER_COUNT, SMALL, TEXT
+from retarget_bench.methods.humot.settings import DESIGNS
 from retarget_bench.methods.nkn.network import Generator as KinematicGenerator
 from retarget_bench.methods.nkn_cross import plugin as NknCross
 from retarget_bench.methods.paired.network import Corrector
@@ -43,9 +43,9 @@ COUNTS: dict[str, tuple[Callable[[], Any], int]] = {
     ),
     "r2et": (SkeletonAwareNetwork, 446_276),
     "r2et's discriminator": (TrajectoryDiscriminator, 27_505),
-    "humot, as many as the paper": (lambda: humot_networks(PAPER_COUNT), 2_475_511),
-    "humot, as the text": (lambda: humot_networks(TEXT), 2_562_629),
-    "humot": (lambda: humot_networks(SMALL), 1_385_799),
+    "humot, as many as the paper": (lambda: humot_networks(DESIGNS["paper_count"]), 2_475_511),
+    "humot, as the text": (lambda: humot_networks(DESIGNS["text"]), 2_562_629),
+    "humot": (lambda: humot_networks(DESIGNS["small"]), 1_385_799),
     "same": (same.Autoencoder, 298_947),
     "skr": (lambda: SkeletonRegressor(False), 1_612_875),
     "skr, table 5": (lambda: SkeletonRegressor(True), 3_466_251),

@@ -178,7 +178,7 @@ def test_released_files_are_read_and_known_by_what_they_hold(real_data, tmp_path
     method = Same(weights=str(folder))
     assert method.supports(BODIES["plain"], BODIES["small"]) is None
     assert method.weights_label == f"authors-{method.weights_hash[:8]}"
-    assert Same.card_of(str(folder))["hash"] == method.weights_hash
+    assert Same.card_of(str(folder)).hash == method.weights_hash
     assert Same(weights=str(folder / MODEL)).weights_hash == method.weights_hash  # a file for its folder
     answer = method.retarget(dance(BODIES["plain"]), BODIES["small"], context=Context())
     assert np.isfinite(answer.positions).all()

@@ -29,6 +29,7 @@ from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.skinned_body import SkinnedBody, moves_about_hips
 from retarget_bench.training.learned_method import of_weights
 from retarget_bench.training.phases import to_device
+from retarget_bench.training.record import Record
 
 CPU = torch.device("cpu")
 
@@ -170,7 +171,7 @@ def test_the_loss_is_the_mean_square_in_units_of_the_points():
 # ------------------------------------------------------------------------------------------- the method
 def test_weights_bring_the_parameters_that_they_were_trained_with(tmp_path):
     trained = SKR(network="table5", direction="world")
-    card = {"method": "skr", "version": trained.card.version, "facts": trained.facts()}
+    card = Record(method="skr", version=trained.card.version, facts=trained.facts())
     weights.write(tmp_path, "weights", exported(skr_material.regressor(features=True)), card)
     method = of_weights("skr", str(tmp_path), views=2)
     assert (method.facts(), method.config.views, method.untrained) == (trained.facts(), 2, "")

@@ -164,9 +164,9 @@ def test_the_network_is_trained_on_all_bodies_on_two_legs_of_the_training(puppet
 
 def test_the_shipped_network_is_small_and_saw_no_test_motion(puppets):
     shipped = network.find(SHIPPED, TWO_LEGS)
-    assert network.paths(SHIPPED, TWO_LEGS)[0].stat().st_size < 500_000
-    assert shipped.card["features"] == 32
-    assert shipped.card["dataset"] == "puppets[size=default]"
-    assert set(shipped.card["characters"]) <= set(puppets.training_manifest()["characters"])
+    assert network.place(SHIPPED, TWO_LEGS).with_suffix(".safetensors").stat().st_size < 500_000
+    assert shipped.card.features == 32
+    assert shipped.card.dataset == "puppets[size=default]"
+    assert set(shipped.card.characters) <= set(puppets.training_manifest()["characters"])
     bodies = [each for each in puppets.characters().values() if not each.four_legged]
     assert [shipped.unfit(body) for body in bodies] == [""] * len(bodies)

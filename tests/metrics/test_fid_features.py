@@ -137,7 +137,7 @@ def made_up(channels: int, seed: int = 0) -> tuple[network.Network, train.Autoen
             layer.weight.copy_(torch.from_numpy(tensors[f"weight_{number}"].astype(np.float32)))
             layer.bias.copy_(torch.from_numpy(tensors[f"bias_{number}"].astype(np.float32)))
     tensors |= {"feature_mean": random.normal(size=256), "feature_scale": random.uniform(1, 2, 256)}
-    return network.Network(tensors, {"structure": "made up", "roles": []}), model
+    return network.Network(tensors, network.NetworkCard(structure="made up", roles=[])), model
 
 
 def test_numpy_encodes_as_torch_does():
@@ -182,14 +182,15 @@ def test_a_network_is_read_as_it_was_written(tmp_path):
 def test_a_damaged_network_is_refused_by_name(tmp_path, damage):
     encoder, _ = made_up(13)
     network.write(tmp_path, encoder.tensors, encoder.card)
-    weights, card = network.paths(tmp_path, "made up")
+    card = network.place(tmp_path, "made up")
+    weights = card.with_suffix(".safetensors")
     if damage == "cut":
         weights.write_bytes(weights.read_bytes()[:1000])
     elif damage == "gone":
         weights.unlink()
     elif damage == "swapped":
         network.write(tmp_path / "other", made_up(13, seed=1)[0].tensors, encoder.card)
-        weights.write_bytes(network.paths(tmp_path / "other", "made up")[0].read_bytes())
+        weights.write_bytes((tmp_path / "other" / weights.name).read_bytes())
     elif damage == "newer":
         card.write_text(json.dumps({**json.loads(card.read_text()), "schema": 99}))
     else:
@@ -211,9 +212,9 @@ def test_training_is_repeatable_learns_and_says_what_it_did(tmp_path, puppets):
     )
     assert steps == [*range(1, 13)] * 2
     assert one.hash == two.hash
-    assert one.card["loss"][-1]["train"] < 0.9 * one.card["loss"][0]["train"]
-    assert one.card["recipe"]["steps"] == 12
-    assert one.card["windows"] > 0 < one.card["validation_windows"]
+    assert one.card.loss[-1]["train"] < 0.9 * one.card.loss[0]["train"]
+    assert one.card.recipe["steps"] == 12
+    assert one.card.windows > 0 < one.card.validation_windows
     other = train.train(
         source, clips, facts, tmp_path, train.FeatureTrainingConfig(12, 8, seed=1), lambda step, loss: None
     )
@@ -275,8 +276,8 @@ def test_the_command_writes_a_network_and_its_card(tmp_path):
     assert "3 of 3 bodies" in result.stderr
     written = network.find(tmp_path, "dog21")
     assert written.hash in result.output
-    assert written.card["dataset"] == str(TINY)
-    assert written.card["characters"]
+    assert written.card.dataset == str(TINY)
+    assert written.card.characters
 
 
 # -------------------------------------------------------------------------------------------- as shipped
@@ -290,11 +291,11 @@ def test_every_structure_of_the_puppets_has_a_network(puppets):
 @pytest.mark.parametrize("card", CARDS, ids=lambda path: path.stem)
 def test_a_shipped_network_is_small_whole_and_fits_its_structure(card, puppets):
     shipped = network.find(SHIPPED, card.stem)
-    assert network.paths(SHIPPED, card.stem)[0].stat().st_size < 2_000_000
+    assert network.place(SHIPPED, card.stem).with_suffix(".safetensors").stat().st_size < 2_000_000
     facts = shipped.card
     bodies = [each for each in puppets.characters().values() if each.structure == card.stem]
     assert [shipped.unfit(body) for body in bodies] == [""] * len(bodies)
-    assert facts["features"] == 256
-    assert facts["loss"][-1]["validation"] < 0.6  # of 1, what predicting the mean would leave
-    assert set(facts["characters"]) <= set(puppets.training_manifest()["characters"])
-    assert ("note" in facts) == (card.stem not in puppets.training())
+    assert facts.features == 256
+    assert facts.loss[-1]["validation"] < 0.6  # of 1, what predicting the mean would leave
+    assert set(facts.characters) <= set(puppets.training_manifest()["characters"])
+    assert bool(facts.note) == (card.stem not in puppets.training())

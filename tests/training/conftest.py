@@ -33,7 +33,7 @@ class Silent:
     def loading(self, done: int, total: int) -> None:
         assert 0 <= done <= total
 
-    def began(self, asked: Any, at: Any) -> None:
+    def began(self, run: Any) -> None:
         pass
 
     def show(self, status: Any) -> None:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training import clips, joint_datasets, request
+from retarget_bench.training import clips, joint_datasets
 from retarget_bench.training.card import manifest
 from retarget_bench.training.data import clips_of, gather
 from retarget_bench.training.joint_datasets import JointDataset, canonical, joint_spec
@@ -74,8 +74,8 @@ def test_the_same_plug_in_over_two_folders_is_two_data_sets(toy_plugins):
 
 
 def test_without_places_is_without_the_place_of_each():
-    text = request.without_places("folder[protocol=train,root=/a/b]+puppets+folder[root=/c]")
-    assert text == "folder[protocol=train]+puppets+folder"
+    spec = Spec.parse("folder[protocol=train,root=/a/b]+puppets+folder[root=/c]")
+    assert str(joint_datasets.without_places(spec)) == "folder[protocol=train]+puppets+folder"
 
 
 # ---------------------------------------------------------------------------------------- as a data set
@@ -224,7 +224,7 @@ def test_a_run_on_both_goes_on_to_the_last_bit_and_its_card_names_both(toy_run, 
     trained, _ = toy_run("parts", data=moved, preset="quick", resume=True)
     facts, again = card(tmp_path / "whole"), card(tmp_path / "parts")
     assert facts["hash"] == again["hash"]
-    assert trained.run.dataset == moved
+    assert trained.dataset == moved
     assert facts["command"] == (
         "bench train toy_trainee -d toy_walks -d 'toy_walks[content=two]' --preset quick --seed 0"
     )
@@ -232,7 +232,6 @@ def test_a_run_on_both_goes_on_to_the_last_bit_and_its_card_names_both(toy_run, 
     expected = {"spec": "toy_walks+toy_walks[content=two]", "label": "toy_walks + toy_walks"}
     assert expected.items() <= facts["data"].items()
     assert (facts["data"]["content"], facts["data"]["clips"]) == ("one + two", 12)
-    assert complete.at.best is not None
-    assert {split: each["n"] for split, each in facts["scores"].items()} == {"intra": 2, "cross": 2}
+    assert {split: each["n"] for split, each in complete.best.scores.items()} == {"intra": 2, "cross": 2}
     with pytest.raises(BenchError, match=re.escape(f"began with dataset {moved}, not toy_walks")):
         toy_run("parts", data="toy_walks", resume=True)

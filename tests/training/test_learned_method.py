@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import subprocess
 import sys
@@ -23,6 +22,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.training import weights
 from retarget_bench.training.card_text import described
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.record import Record, TrainedOn, Validation
 from tests.in_process import without_processes
 
 HERE = Path(__file__).parent
@@ -32,7 +33,7 @@ MANIFEST = {"characters": ["small"], "structures": ["toy"], "kinds": ["wiggle"]}
 
 def card(**changes):
     fields = {"method": "shifter", "version": "1", "facts": {"cell": "tf", "layers": 1}}
-    return fields | {"training_manifest": MANIFEST} | changes
+    return Record(**(fields | {"training_manifest": MANIFEST} | changes))
 
 
 def write(folder: Path, left: float = 0.0, name: str = weights.BEST, **changes) -> weights.Bundle:
@@ -236,9 +237,9 @@ def test_other_weights_under_the_same_name_are_computed_anew(shifter, tmp_path):
 
 # ------------------------------------------------------------------------------------------ bench info
 FULL = {
-    "data": {"spec": "puppets[size=default]", "label": "puppets-1.0 default", "clips": 800, "hours": 1.21},
+    "data": TrainedOn(spec="puppets[size=default]", label="puppets-1.0 default", clips=800, hours=1.21),
     "preset": "default",
-    "recipe": {"steps": 6000, "batch": 32, "rate": 0.0005},
+    "recipe": TrainingConfig(steps=6000, batch=32, window=60, rate=0.0005),
     "command": "bench train shifter -d puppets[size=default]",
     "seed": 3,
     "steps": 6000,
@@ -248,10 +249,11 @@ FULL = {
     "torch": "2.13.0",
     "processes": 2,
     "init": "0123456789abcdef",
-    "losses": {"generator.cycle": 0.123},
-    "scores": {"intra": {"mpjpe_h.world": 8.25, "n": 12}, "cross": {"mpjpe_h.world": 9.75, "n": 12}},
+    "curve": [{"step": 6000, "generator.cycle": 0.123}],
     "validation": [
-        {"step": 500 * k, "seconds": 60.0, "scores": {"intra": {"mpjpe_h.world": 20.0 - k, "n": 12}}}
+        Validation(
+            500 * k, 60.0, {split: {"mpjpe_h.world": 20.0 - k, "n": 12} for split in ("intra", "cross")}
+        )
         for k in range(1, 13)
     ],
     "notes": ["not trained on rex: it stands on four legs"],
@@ -270,7 +272,9 @@ def test_a_card_is_told_in_words():
     assert text["training"] == "6,000 steps (kept: those of step 4,500), 3.5 h, seed 3"
     assert text["began with"].startswith("weights 0123456789abcdef")
     assert text["machine"] == "a slow processor, 2 threads, torch 2.13.0, 2 processes"
-    assert text["scores"] == "intra: mpjpe_h.world 8.25, n 12; cross: mpjpe_h.world 9.75, n 12"
+    assert text["recipe"].startswith("default: steps 6000, batch 32, window 60, rate 0.0005, fps 30")
+    assert text["losses"] == "generator.cycle 0.123"
+    assert text["scores"] == "intra: mpjpe_h.world 11, n 12; cross: mpjpe_h.world 11, n 12"
     points = text["validation"].partition("splits: ")[2].split(", ")
     assert points[0] == "19.00 at 500"
     assert points[-1] == "8.00 at 6,000"
@@ -279,20 +283,9 @@ def test_a_card_is_told_in_words():
     assert text["hash"] == "ff"
 
 
-def test_cards_from_before_they_told_of_motion_and_scoring_are_shown(shifter):
-    later = FULL | {"scored_as": "shifter[speed=2]", "data": FULL["data"] | {"motion": "0f"}}
-    write(shifter / "weights", name="older", **FULL)
-    write(shifter / "weights", name="newer", **later)
-    result = CliRunner().invoke(cli.group, ["info", "shifter"])
-    assert (result.exit_code, result.exception) == (0, None)
-    newer, older = result.output.partition("Weights newer")[2].split("Weights older")
-    assert "scored as: shifter[speed=2]" in newer
-    assert "scored as" not in older
-    assert "trained on: the training motion of puppets-1.0 default" in older
-    path = shifter / "weights" / "older.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"scored_as": 3}))
-    with pytest.raises(BenchError, match="its scored_as has to be a text"):
-        weights.read_card(path)
+def test_what_a_card_does_not_say_is_left_out():
+    text = described(Record(method="shifter", version="1", facts={}, notes=["by hand"], hash="ff"))
+    assert text == ["trained as: shifter, version 1", "note: by hand", "hash: ff"]
 
 
 def test_info_shows_the_cards_of_shipped_weights_and_of_a_path(shifter, tmp_path):
@@ -304,7 +297,7 @@ def test_info_shows_the_cards_of_shipped_weights_and_of_a_path(shifter, tmp_path
     assert "Weights: none are shipped; bench train shifter makes some" in info("shifter")
     for name in ("walks", "runs"):
         write(shifter / "weights", name=name, **FULL)
-    write(tmp_path / "own", facts={"cell": "torch", "layers": 1}, seed=77)
+    write(tmp_path / "own", facts={"cell": "torch", "layers": 1}, seed=77, steps=9)
     write(tmp_path / "others", method="lifter")
     result = CliRunner().invoke(cli.group, ["info", f"shifter[weights='{tmp_path / 'others'}']"])
     assert isinstance(result.exception, BenchError) or result.exit_code == 2

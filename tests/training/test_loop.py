@@ -16,9 +16,10 @@ from hypothesis import strategies as st
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training import checkpoint, log, loop, request, train, validate, weights
+from retarget_bench.training import log, loop, run_folder, train, validate, weights
 from retarget_bench.training.config import Budget
 from retarget_bench.training.data import gather
+from retarget_bench.training.record import Run, error
 
 
 def rows(folder):
@@ -27,7 +28,7 @@ def rows(folder):
 
 
 def state(folder):
-    return checkpoint.read(folder).state
+    return run_folder.tensors(folder, run_folder.read(folder))
 
 
 def same(tensors, expected):
@@ -130,7 +131,7 @@ def test_interrupted_anywhere_and_resumed_it_is_the_uninterrupted_run(toy_run, t
     toy_run("cut", stop=stop)
     assert not (tmp_path / "cut" / "step-40.safetensors").exists()
     trained, _ = toy_run("cut", resume=True)
-    assert trained.at.step == 40
+    assert trained.steps == 40
     assert rows(tmp_path / "cut") == rows(tmp_path / "whole")
     same(state(tmp_path / "cut"), state(tmp_path / "whole"))
     assert weights.read(tmp_path / "cut").hash == weights.read(tmp_path / "whole").hash
@@ -149,7 +150,9 @@ def test_validation_does_not_disturb_training(toy_run, tmp_path, monkeypatch):
     monkeypatch.setattr(method, "retarget", noisy)
     toy_run("watched")
     toy_run("unwatched", data="toy_walks[kind=unwatched]")
-    same(state(tmp_path / "watched"), state(tmp_path / "unwatched"))
+    watched = state(tmp_path / "watched")
+    expected = state(tmp_path / "unwatched")
+    same({name: watched[name] for name in watched if not name.startswith("best/")}, expected)
 
 
 def test_modules_are_in_evaluation_mode_while_they_are_validated(toy_run, monkeypatch):
@@ -186,9 +189,8 @@ def test_a_loss_that_is_not_finite_stops_it_with_step_term_and_phase(toy_run, tm
     with pytest.raises(BenchError, match=r"at step 13 the loss term rebuilt of phase generator") as caught:
         toy_run(method="toy_trainee[does=nan]")
     assert "keeps step 10" in str(caught.value)
-    stored = checkpoint.read(tmp_path / "run")
-    assert stored.step == 10
-    assert all(each.isfinite().all() for each in stored.state.values())
+    assert run_folder.read(tmp_path / "run").steps == 10
+    assert all(each.isfinite().all() for each in state(tmp_path / "run").values())
 
 
 def test_a_time_budget_is_spent_over_all_resumptions(toy_run, tmp_path, monkeypatch):
@@ -197,10 +199,10 @@ def test_a_time_budget_is_spent_over_all_resumptions(toy_run, tmp_path, monkeypa
     monkeypatch.setattr(loop.time, "perf_counter", lambda: float(next(clock)))
     monkeypatch.setattr(loop, "SAVED", 0.0)
     toy_run(budget="6s", stop=60)
-    before = checkpoint.read(tmp_path / "run")
+    before = run_folder.read(tmp_path / "run")
     assert 0 < before.seconds < 6
     trained, reporter = toy_run(resume=True)
-    assert reporter.moments[0].step == before.step + 1
+    assert reporter.moments[0].step == before.steps + 1
     assert reporter.moments[0].share == pytest.approx(before.seconds / 6, abs=0.05)
     assert [status.share >= 1 for status in reporter.moments] == [False] * (len(reporter.moments) - 1) + [
         True
@@ -208,7 +210,7 @@ def test_a_time_budget_is_spent_over_all_resumptions(toy_run, tmp_path, monkeypa
     rates = [float(row["rate"]) for row in rows(tmp_path / "run")]
     assert rates[-1] == pytest.approx(0.0005, rel=0.1)
     again, reporter = toy_run(resume=True)
-    assert again.at.step == trained.at.step
+    assert again.steps == trained.steps
     assert not reporter.moments
 
 
@@ -222,11 +224,11 @@ def test_a_finished_run_goes_on_under_a_longer_budget_as_one_run(toy_run, tmp_pa
     same(state(tmp_path / "run"), state(tmp_path / "whole"))
     assert weights.read(tmp_path / "run").hash == weights.read(tmp_path / "whole").hash
     card = weights.read_card(tmp_path / "run")
-    assert (card["budget"], card["recipe"]["steps"]) == ("30it", 30)
-    assert card["notes"] == ["the budget was first 20it (up to step 20)"]
+    assert (card.budget, card.recipe.steps) == ("30it", 30)
+    assert card.notes == ["the budget was 20it up to step 20"]
     timed, _ = toy_run(resume=True, budget="1h", stop=33)
     assert timed is None
-    assert (trained.run.budget, request.read(tmp_path / "run").budget) == ("30it", "1h")
+    assert (trained.budget, run_folder.read(tmp_path / "run").budget) == ("30it", "1h")
 
 
 @pytest.mark.parametrize(("a_case", "cases", "end"), [(0.1, 4, 18.0), (2.0, 2, 20.0)])
@@ -250,15 +252,15 @@ def test_preparing_validating_and_ending_are_in_a_budget_of_time(
     slowly(loop.Loop, "_do", lambda *_: 0.1)
     slowly(validate.Validator, "_rows", lambda _, __, chosen: a_case * len(chosen))
     trained, reporter = toy_run(budget="20s", preset="quick")
-    validations = trained.at.validation
-    assert {sum(split["n"] for split in each["scores"].values()) for each in validations} == {cases}
+    validations = trained.validation
+    assert {sum(split["n"] for split in each.scores.values()) for each in validations} == {cases}
     assert [f"validating {cases} of 4 cases" in text for text in reporter.said].count(True) == (cases < 4)
     assert now[0] == pytest.approx(end, abs=0.3)
-    assert trained.at.seconds == pytest.approx(max(now[0], 20.0))
+    assert trained.seconds == pytest.approx(max(now[0], 20.0))
     shares = [status.share for status in reporter.moments]
     assert shares[0] < 0.02
     again, reporter = toy_run(resume=True)
-    assert (again.at.step, reporter.moments) == (trained.at.step, [])
+    assert (again.steps, reporter.moments) == (trained.steps, [])
 
 
 def test_the_weights_kept_are_those_that_validate_best(toy_run, tmp_path, monkeypatch):
@@ -268,18 +270,17 @@ def test_the_weights_kept_are_those_that_validate_best(toy_run, tmp_path, monkey
     monkeypatch.setattr(method, "presets", {"default": dataclasses.replace(wild, validate=5, warm_up=0)})
     trained, _ = toy_run()
     errors = {
-        each["step"]: np.mean([split["mpjpe_h.world"] for split in each["scores"].values()])
-        for each in trained.at.validation
+        each.step: np.mean([split["mpjpe_h.world"] for split in each.scores.values()])
+        for each in trained.validation
     }
     best = min(errors, key=errors.get)
     assert best < 40
-    assert trained.at.best.step == best
-    assert trained.at.best.score == pytest.approx(errors[best])
+    assert trained.best.step == best
+    assert error(trained.best.scores) == pytest.approx(errors[best])
     bundle = weights.read(tmp_path / "run")
-    torch.testing.assert_close(
-        bundle.tensors["weight"], trained.at.exported["weight"], rtol=1e-3, atol=1e-4
-    )
-    assert not torch.allclose(bundle.tensors["weight"], state(tmp_path / "run")["modules/map.weight"])
+    stored = state(tmp_path / "run")
+    torch.testing.assert_close(bundle.tensors["weight"], stored["best/weight"], rtol=1e-3, atol=1e-4)
+    assert not torch.allclose(bundle.tensors["weight"], stored["modules/map.weight"])
     assert json.loads((tmp_path / "run" / "weights.json").read_text())["step"] == best
 
 
@@ -288,8 +289,8 @@ def test_between_validations_lies_a_pause(toy_run, tmp_path, monkeypatch):
     every, _ = toy_run("every", preset="quick")
     monkeypatch.setitem(loop.PAUSE, "cpu", 1e9)
     trained, _ = toy_run("paused", preset="quick")
-    assert [each["step"] for each in every.at.validation] == [5, 10]
-    assert [each["step"] for each in trained.at.validation] == [10]
+    assert [each.step for each in every.validation] == [5, 10]
+    assert [each.step for each in trained.validation] == [10]
     same(state(tmp_path / "every"), state(tmp_path / "paused"))
 
 
@@ -301,10 +302,11 @@ def test_batches_drawn_beforehand_by_processes_change_nothing(toy_plugins, tmp_p
     for workers in (0, 2):
         torch.manual_seed(0)
         module = built.training_module(data, config)
+        run = Run(method="", version="", facts={}, dataset="", recipe=config, budget="6it", seed=7)
         folder, cpu = tmp_path / str(workers), torch.device("cpu")
         folder.mkdir()
         callbacks = [lambda *_: None] * 2
-        loop.Loop(module, config, Budget(steps=6), 7, cpu, folder, None, *callbacks, workers=workers).run()
+        loop.Loop(run, module, cpu, folder, None, *callbacks, workers=workers).run({})
     same(state(tmp_path / "0"), state(tmp_path / "2"))
 
 

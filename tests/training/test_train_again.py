@@ -1,13 +1,14 @@
 """What a run remembers and guards: what its weights have seen, its folder, its motion."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training import request, train, weights
+from retarget_bench.training import run_folder, train, weights
 from retarget_bench.training.card_text import described
 
 
@@ -40,7 +41,7 @@ def test_the_manifest_holds_what_all_generations_of_weights_have_seen(toy_run, t
 def test_weights_that_do_not_say_what_they_have_seen_are_noted_for_good(toy_run, tmp_path):
     toy_run("first", preset="quick")
     bundle = weights.read(tmp_path / "first")
-    mute = {k: v for k, v in bundle.card.items() if k not in ("hash", "training_manifest")}
+    mute = replace(bundle.card, training_manifest=None)
     weights.write(tmp_path, "mute", bundle.tensors, mute)
     toy_run("second", preset="quick", init=str(tmp_path / "mute.json"))
     toy_run("third", preset="quick", init=str(tmp_path / "second"))
@@ -53,20 +54,20 @@ def test_weights_that_do_not_say_what_they_have_seen_are_noted_for_good(toy_run,
 def test_a_folder_in_which_another_process_trains_is_refused(toy_run, tmp_path):
     toy_run(preset="quick", stop=6)
     with (
-        request.locked(tmp_path / "run"),
+        run_folder.locked(tmp_path / "run"),
         pytest.raises(BenchError, match="another process is training in"),
     ):
         toy_run(resume=True)
     trained, _ = toy_run(resume=True)
-    assert trained.at.step == 10
-    assert not (tmp_path / "run" / request.LOCK).exists()
+    assert trained.steps == 10
+    assert not (tmp_path / "run" / run_folder.LOCK).exists()
 
 
 def test_a_run_keeps_its_folder_as_long_as_it_trains(toy_run, tmp_path, monkeypatch):
     messages = []
 
     def attempt(*_):
-        with pytest.raises(BenchError) as caught, request.locked(tmp_path / "run"):
+        with pytest.raises(BenchError) as caught, run_folder.locked(tmp_path / "run"):
             pass
         messages.append(str(caught.value))
         raise KeyboardInterrupt
@@ -84,42 +85,18 @@ def test_other_training_motion_than_it_began_with_is_refused(toy_run, monkeypatc
         toy_run(resume=True)
 
 
-def test_a_run_from_before_motion_was_hashed_goes_on(toy_run, tmp_path):
-    toy_run(preset="quick", stop=6)
-    path = tmp_path / "run" / request.NAME
-    facts = json.loads(path.read_text())
-    old = {name: value for name, value in facts.items() if name not in ("motion", "seen", "seen_all")}
-    path.write_text(json.dumps(old))
-    trained, _ = toy_run(resume=True)
-    assert (trained.at.step, trained.run.motion) == (10, facts["motion"])
-
-
 # ------------------------------------------------------------------------------------ what the card says
 def test_a_limit_of_time_leaves_no_number_of_steps_in_the_recipe(toy_run, tmp_path):
     toy_run(preset="quick", budget="0.2s")
-    assert "steps" not in card(tmp_path / "run")["recipe"]
-    assert card(tmp_path / "run")["recipe"]["batch"] == 4
+    facts = weights.read_card(tmp_path / "run")
+    assert (facts.recipe.steps, facts.recipe.batch) == (0, 4)
+    assert any(line.startswith("recipe: quick: batch 4,") for line in described(facts))
 
 
 def test_the_card_says_as_what_the_scores_were_measured(toy_run, tmp_path):
     toy_run(method="toy_trainee[does=slowly,weights=some]", preset="quick")
-    facts = card(tmp_path / "run")
-    assert facts["scored_as"] == "toy_trainee[does=slowly]"
+    facts = weights.read_card(tmp_path / "run")
+    assert facts.scored_as == "toy_trainee[does=slowly]"
     assert "scored as: toy_trainee[does=slowly]" in described(facts)
-    plain = described({**facts, "scored_as": "toy_trainee[kind=linear]"})
+    plain = described(replace(facts, scored_as="toy_trainee[kind=linear]"))
     assert not [line for line in plain if line.startswith("scored as")]
-
-
-def test_cards_of_old_that_were_limited_by_time_are_told_without_their_presets_steps():
-    config = {"steps": 6000, "batch": 16}
-    old = {
-        "method": "toy",
-        "version": "1",
-        "facts": {},
-        "hash": "ff",
-        "preset": "default",
-        "recipe": config,
-    }
-    assert "recipe: default: batch 16" in described({**old, "budget": "70m"})
-    for budget in ("", "6000it"):
-        assert "recipe: default: steps 6000, batch 16" in described({**old, "budget": budget})

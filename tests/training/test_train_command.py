@@ -7,7 +7,9 @@ import pytest
 
 from retarget_bench import cli
 from retarget_bench.plugins import registry
-from retarget_bench.training import checkpoint, train
+from retarget_bench.training import run_folder, train
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.record import Run
 from tests.training.conftest import TOYS
 
 WALKS, TRAINEE = TOYS / "toy_walks.py", TOYS / "toy_trainee.py"
@@ -75,7 +77,9 @@ def test_ctrl_c_says_how_to_go_on(bench, tmp_path, monkeypatch):
     monkeypatch.setattr(train, "train", interrupted)
     status, _, err = bench("toy_trainee[does=x]", "-d", "toy_walks", "--out", str(tmp_path))
     assert (status, "goes on" in err, "before the first checkpoint" in err) == (130, False, True)
-    (tmp_path / checkpoint.NAME).write_text("{}")
+    recipe = TrainingConfig(steps=9, batch=1, window=1, rate=1.0)
+    begun = Run(method="toy_trainee", version="1", facts={}, recipe=recipe, dataset="toy_walks", steps=3)
+    run_folder.write(tmp_path, begun)
     status, _, err = bench("toy_trainee[does=x]", "-d", "toy_walks", "--out", str(tmp_path))
     assert status == 130
     assert err.startswith(

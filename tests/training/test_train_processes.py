@@ -15,7 +15,7 @@ import torch
 from retarget_bench.cli import main
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training import checkpoint, clips, log, weights
+from retarget_bench.training import clips, log, run_folder, weights
 from retarget_bench.training.data import gather
 from tests.in_process import carried_out_here
 
@@ -61,12 +61,12 @@ def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path, monkeypat
     cut = tmp_path / "cut"
     process = bench(f"{TRAINEE}[pause=0.04]", "-d", WALKS, "--out", str(cut))
     until = time.monotonic() + PATIENCE
-    while not (cut / checkpoint.NAME).exists() and process.poll() is None and time.monotonic() < until:
+    while not list(cut.glob("step-*.safetensors")) and process.poll() is None and time.monotonic() < until:
         time.sleep(0.01)
     process.send_signal(signal.SIGKILL)
     process.communicate()
     assert process.returncode == -signal.SIGKILL
-    assert 0 < checkpoint.read(cut).step < 40
+    assert 0 < run_folder.read(cut).steps < 40
     monkeypatch.setattr(log, "draw", DRAW)
     capsys.readouterr()
     with pytest.raises(SystemExit) as stopped:
@@ -116,7 +116,8 @@ def noted(folder, rank):
 
 def test_a_killed_process_costs_nothing_but_time(pair):
     assert rows(pair / "killed") == rows(pair / "whole")
-    state, expected = (checkpoint.read(pair / name).state for name in ("killed", "whole"))
+    folders = (pair / "killed", pair / "whole")
+    state, expected = (run_folder.tensors(each, run_folder.read(each)) for each in folders)
     assert state.keys() == expected.keys()
     assert all(torch.equal(state[name], expected[name]) for name in state)
     assert weights.read(pair / "killed").hash == weights.read(pair / "whole").hash

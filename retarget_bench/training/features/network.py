@@ -7,7 +7,7 @@ and tanh make ``(frames / 8, features)`` activations of them, and their mean ove
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,6 @@ from retarget_bench.motion.roles import ESSENTIAL
 from retarget_bench.training import tensor_files as files
 from retarget_bench.training.features import windows
 
-SCHEMA = 1
 KERNEL, STRIDE = 15, 2
 BATCH = 64
 """Windows that are encoded at a time: bounds the memory."""
@@ -66,36 +65,63 @@ def stranger(character: Character) -> str:
     return windows.unseeable(character)
 
 
+@dataclass(frozen=True, kw_only=True)
+class NetworkCard(files.Hashed):
+    """Where a network comes from.
+
+    structure, roles, joints: what it sees: numbers and roles of the structure's joints.
+    dataset, content, characters, clips: the training motion, of the structure ``trained_on``.
+    windows:   that it learned from, beside ``validation_windows``. features: those that vary.
+    recipe:    ``FeatureTrainingConfig``. loss: means by step, of training and validation.
+    """
+
+    structure: str
+    roles: Sequence[str | None]
+    joints: Sequence[int] = ()
+    dataset: str = ""
+    content: str = ""
+    trained_on: str = ""
+    characters: Sequence[str] = ()
+    note: str = ""
+    clips: int = 0
+    windows: int = 0
+    validation_windows: int = 0
+    features: int = 0
+    recipe: Mapping[str, Any] = field(default_factory=dict)
+    loss: Sequence[Mapping[str, float]] = ()
+    seconds: float = 0.0
+    torch: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class Network:
-    """tensors: of ``TENSORS``; weights ``(out, in, KERNEL)``, scales are 0 for what never varies.
-    card: structure, roles of its joints, training data, recipe, seed, loss; see ``train.py``."""
+    """tensors: of ``TENSORS``; weights ``(out, in, KERNEL)``, scales are 0 for what never varies."""
 
     tensors: Mapping[str, np.ndarray]
-    card: Mapping[str, Any]
+    card: NetworkCard
 
     @property
     def hash(self) -> str:
         """Sixteen hex digits of the tensors: what rows name the network by."""
-        return str(self.card["hash"])
+        return self.card.hash
 
     @property
     def design(self) -> Design:
-        return design_of(str(self.card["structure"]))
+        return design_of(self.card.structure)
 
     @property
     def of_two_legs(self) -> bool:
-        return bool(self.card["structure"] == TWO_LEGS)
+        return self.card.structure == TWO_LEGS
 
     def unfit(self, character: Character) -> str:
         """Reason why a body cannot be seen by this network; "" where it can."""
         if self.of_two_legs:
             return stranger(character)
         roles = [character.roles[joint] for joint in structure_joints(character)]
-        if roles != self.card["roles"]:
+        if roles != list(self.card.roles):
             return (
                 f"{character.name} has other joints than the feature network of structure "
-                f"{self.card['structure']} was trained on; bench train fid makes one of its own"
+                f"{self.card.structure} was trained on; bench train fid makes one of its own"
             )
         return windows.unseeable(character)
 
@@ -103,7 +129,9 @@ class Network:
         """``(windows, features)`` float32 of a motion, and ``(windows,)`` root speeds in heights/s."""
         design = self.design
         joints: Sequence[int] | None = (
-            motion.character.joints(self.card["roles"]) if self.of_two_legs else None
+            motion.character.joints([role for role in self.card.roles if role])
+            if self.of_two_legs
+            else None
         )
         channels = windows.channels(motion, joints, floor)
         cut = windows.windows(channels, design.hop, design.frames)
@@ -160,14 +188,14 @@ def own_folder() -> Path:
 
 
 @lru_cache(maxsize=256)
-def paths(folder: Path, structure: str) -> tuple[Path, Path]:
-    """Weights and card of a structure's network in a folder."""
-    return files.pair(folder / slug(structure))
+def place(folder: Path, structure: str) -> Path:
+    """The card of a structure's network in a folder; its weights are beside it."""
+    return folder / f"{slug(structure)}.json"
 
 
-def write(folder: Path, tensors: Mapping[str, np.ndarray], card: Mapping[str, Any]) -> Network:
+def write(folder: Path, tensors: Mapping[str, np.ndarray], card: NetworkCard) -> Network:
     """Weights, then the card (whose presence says that all is there), each atomically."""
-    return Network(dict(tensors), files.write(paths(folder, card["structure"])[0], tensors, card, SCHEMA))
+    return Network(dict(tensors), files.write(place(folder, card.structure), card, tensors))
 
 
 def find(folder: Path, structure: str) -> Network | None:
@@ -175,18 +203,18 @@ def find(folder: Path, structure: str) -> Network | None:
 
     Raises FileError when it is damaged, its files do not belong together, or it is from a newer version.
     """
-    weights, facts = paths(folder, structure)
+    card = place(folder, structure)
     try:
-        stamp = facts.stat().st_mtime_ns
+        stamp = card.stat().st_mtime_ns
     except FileNotFoundError:
         return None
-    return _read(weights, stamp)
+    return _read(card, stamp)
 
 
 @lru_cache(maxsize=16)
-def _read(weights: Path, _stamp: int) -> Network:
-    card = files.read_card(weights, SCHEMA, ("structure", "roles"), "a feature network")
-    tensors = files.read_arrays(weights, card)
+def _read(place: Path, _stamp: int) -> Network:
+    card = files.read_record(place, NetworkCard, "the card of a feature network")
+    tensors = files.read_weights(place, card.hash)
     if set(tensors) != set(TENSORS):
-        raise FileError(weights, "holds other tensors than a feature network; train it anew")
+        raise FileError(files.arrays_of(place), "holds other tensors than a feature network; train it anew")
     return Network(tensors, card)

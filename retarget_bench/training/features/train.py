@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,14 @@ from torch import Tensor, nn
 
 from retarget_bench.training.features import network, windows
 from retarget_bench.training.features.data import Source
-from retarget_bench.training.features.network import KERNEL, OF_STRUCTURE, STRIDE, Design, Network
+from retarget_bench.training.features.network import (
+    KERNEL,
+    OF_STRUCTURE,
+    STRIDE,
+    Design,
+    Network,
+    NetworkCard,
+)
 
 DROPPED = 1e-6
 """A channel or feature that varies less never varies: it is left out."""
@@ -70,7 +77,8 @@ def train(
 ) -> Network:
     """Train on clips of channels and write the network to a folder.
 
-    facts: more lines for its card. progress is called after every step with the steps done and the loss.
+    facts: fields of its card, on the training motion. progress is called after every step with the steps
+    done and the loss.
     """
     begun = time.perf_counter()
     design = source.design
@@ -82,9 +90,9 @@ def train(
     mean, scale = _statistics(training, config)
     curve, model = _fit((training - mean) * scale, (aside - mean) * scale, design, config, progress)
     tensors = _tensors(model, mean, scale)
-    bare = Network(
-        tensors | {"feature_mean": np.zeros(design.features), "feature_scale": np.ones(design.features)}, {}
-    )
+    card = NetworkCard(structure=source.structure, roles=source.roles, **facts)
+    still = {"feature_mean": np.zeros(design.features), "feature_scale": np.ones(design.features)}
+    bare = Network(tensors | still, card)
     deepest = np.concatenate(
         [bare.activations(training[at : at + 64]) for at in range(0, len(training), 64)]
     )
@@ -92,20 +100,18 @@ def train(
     scales = np.where(spread > DROPPED, 1.0 / np.maximum(spread, DROPPED), 0.0)
     tensors["feature_mean"] = deepest.mean(axis=0).astype(np.float32)
     tensors["feature_scale"] = scales.astype(np.float32)
-    card = {
-        "structure": source.structure,
-        "roles": list(source.roles),
-        **facts,
-        "clips": len(clips),
-        "windows": len(training),
-        "validation_windows": len(aside),
-        "features": int((tensors["feature_scale"] > 0).sum()),
-        "recipe": asdict(config),
-        "loss": curve,
-        "seconds": round(time.perf_counter() - begun),
-        "torch": torch.__version__,
-    }
-    return network.write(folder, tensors, card)
+    full_card = replace(
+        card,
+        clips=len(clips),
+        windows=len(training),
+        validation_windows=len(aside),
+        features=int((tensors["feature_scale"] > 0).sum()),
+        recipe=asdict(config),
+        loss=curve,
+        seconds=round(time.perf_counter() - begun),
+        torch=torch.__version__,
+    )
+    return network.write(folder, tensors, full_card)
 
 
 def _statistics(training: np.ndarray, config: FeatureTrainingConfig) -> tuple[np.ndarray, np.ndarray]:

@@ -39,7 +39,7 @@ class SkinnedBody:
     def resting(self) -> np.ndarray:
         """``(22, 3)`` metres: the joints of ``body22`` in the mesh's own pose."""
         places = mesh_of(self.character).bound(self.character.skeleton)[0]
-        return np.asarray(places[list(Body22(self.character).joints)])
+        return np.asarray(places[list(Body22.of(self.character).joints)])
 
     def posed(self, turns: np.ndarray, shifts: np.ndarray) -> np.ndarray:
         """``(V, 3)`` metres, the vertices in one frame of ``moves``."""
@@ -74,6 +74,6 @@ def moves(motion: Motion, origin: np.ndarray) -> dict[str, np.ndarray]:
 
 def moves_about_hips(motion: Motion) -> dict[str, np.ndarray]:
     """``moves`` seen from the hips; and joints: ``(frames, 22, 3)`` metres, those of ``body22``."""
-    places = motion.positions[:, list(Body22(motion.character).joints)]
+    places = motion.positions[:, list(Body22.of(motion.character).joints)]
     hips = places[:, 0]
     return moves(motion, hips) | {"joints": places - hips[:, None]}

@@ -171,7 +171,6 @@ def answer(
     """The body's motion: ``frames`` at ``fps``, from quaternions ``(frames', joints, 4)`` seen from where
     it faces, ``turn`` ``(frames',)`` and ``hips`` ``(frames', 3)`` metres, at 30 frames per second."""
     turns = rotation.normalise(np.asarray(turns, dtype=np.float64))
-    turns[:, 0] = rotation.multiply(facing.rotation(turn), turns[:, 0])
-    turns = rotation.continuous(turns)
+    turns = rotation.continuous(facing.turned(turns, turn))
     moments = rates.between(frames, fps, rates.FPS, len(turns))
     return body.motion(interpolated(turns, *moments, turning=True), interpolated(hips, *moments), fps)

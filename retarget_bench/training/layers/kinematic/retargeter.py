@@ -153,12 +153,6 @@ class SightRetargeter(LearnedMethod):
         return np.asarray(self.body(character).offsets / unit, dtype=np.float32)
 
     # ------------------------------------------------------------------------------------ retargeting
-    def supports(self, source: Character, target: Character) -> str | None:
-        for each in (source, target):
-            if why := self.unfit(each):
-                return why
-        return root_rules.reason(ROOT_RULE, source, target) or self.untrained or None
-
     def retarget_batch(
         self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> list[Motion]:

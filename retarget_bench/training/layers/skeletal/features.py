@@ -80,7 +80,7 @@ class Features:
             turn = np.ones(motion.frames, dtype=complex)
             rotations = body.see(motion, None)
         edges = np.concatenate([rotations, self.root_of(hips, turn)[:, None]], axis=1)
-        return {"edges": edges, "turn": np.stack([turn.real, turn.imag], axis=-1), "hips": hips}
+        return {"edges": edges, "turn": facing.parts(turn), "hips": hips}
 
     def root_of(self, hips: np.ndarray, turn: np.ndarray) -> np.ndarray:
         """``(frames, 4)``; the first frame moves as the second does."""

@@ -7,6 +7,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from retarget_bench.motion import facing
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.normaliser import statistics
 from retarget_bench.training.layers.skeletal.body import LayoutBody
@@ -99,8 +100,10 @@ class Windows:
             edges[row], turn[row] = edges[row, order], turn[row, order]
             edges[row, :, -1] = self._features.root_of(windows.arrays["hips"][row, order], turn[row])
         turn = turn * turn[:, :1].conj()
-        facing = np.stack([turn.real, turn.imag], axis=-1).astype(np.float32)
-        return {"edges": edges.astype(np.float32, copy=False), "turn": facing}
+        return {
+            "edges": edges.astype(np.float32, copy=False),
+            "turn": facing.parts(turn).astype(np.float32),
+        }
 
 
 def _order(available: int, frames: int, backwards: bool) -> np.ndarray:
