@@ -122,20 +122,20 @@ class Dataset(ABC):
 
     card: DatasetCard
 
-    @property
-    @abstractmethod
+    @cached_property
     def content(self) -> str:
-        """Identifies the data in keys: a hash of the files, or generator version and parameters."""
+        """Identifies the data in keys: a hash of the files, or generator version and parameters. Needed."""
+        raise NotImplementedError(f"data set {self.card.name} has no content")
 
-    @property
-    @abstractmethod
+    @cached_property
     def label(self) -> str:
         """What tables call it: ``mixamo``, or ``mixamo san-partial (23 of 106 clips)``."""
+        return self.card.name
 
-    @property
-    @abstractmethod
+    @cached_property
     def notes(self) -> Sequence[str]:
         """Sentences that belong under every table of it: what was dropped and why."""
+        return ()
 
     @abstractmethod
     def characters(self) -> Mapping[str, Character]:
