@@ -1,4 +1,4 @@
-"""Plug-ins that derive from none of the base classes, completed by what these offer by default."""
+"""Plug-ins that derive from none of the contracts, completed by what these offer by default."""
 
 from dataclasses import MISSING, fields
 from functools import cached_property
@@ -8,39 +8,44 @@ from typing import Any, TypeVar, cast, get_type_hints
 T = TypeVar("T")
 
 
-def complete(plugin: Any, contract: type) -> Any:
-    """The plug-in itself where it derives from the contract's base class; else a view of it, which has the
-    defaults of that class where the plug-in has nothing, a whole card, and passes for an instance of it."""
-    own = plugin.card
-    card = whole(own, get_type_hints(contract)["card"])
-    if isinstance(plugin, contract) and card is own:
-        return plugin
-    return _Completed(plugin, contract, card)
+def complete(plugin: Any, contract: Any) -> Any:
+    """The plug-in itself where it derives from the contract and its card is of the contract's kind; else a
+    view of it with the contract's defaults where the plug-in has nothing, which passes for an instance."""
+    kind = get_type_hints(contract)["card"]
+    as_it_is = isinstance(plugin, contract) and isinstance(plugin.card, kind)
+    return plugin if as_it_is else _Completed(plugin, contract, kind)
 
 
 def original(plugin: Any) -> Any:
     """The object that a plug-in's own code made."""
-    return plugin.completed if type(plugin) is _Completed else plugin
+    return plugin._plugin_ if type(plugin) is _Completed else plugin
 
 
 class _Completed:
     """What the plug-in has, also by its own ``__getattr__``, comes before what the contract offers."""
 
-    def __init__(self, plugin: Any, contract: type, card: Any) -> None:
-        self.completed, self.contract, self.card = plugin, contract, card
+    def __init__(self, plugin: Any, contract: type, kind: type) -> None:
+        vars(self).update(_plugin_=plugin, _contract_=contract, _kind_=kind)
 
     @property  # type: ignore[misc]
     def __class__(self) -> type:
-        return self.contract
+        return self._contract_
+
+    @property
+    def card(self) -> Any:
+        return whole(self._plugin_.card, self._kind_)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _Completed, (self.completed, self.contract, self.card)
+        return _Completed, tuple(vars(self).values())
+
+    def __setattr__(self, name: str, value: object) -> None:
+        setattr(self._plugin_, name, value)
 
     def __getattr__(self, name: str) -> Any:
         try:
-            return getattr(self.completed, name)
+            return getattr(self._plugin_, name)
         except AttributeError:
-            default = getattr_static(self.contract, name, MISSING)
+            default = getattr_static(self._contract_, name, MISSING)
             if default is MISSING or getattr(default, "__isabstractmethod__", False):
                 raise
         if isinstance(default, cached_property):  # not kept: the plug-in may have its own later
