@@ -94,7 +94,7 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
         privileged=tuple(card.needs),
         control=bool(card.control),
         stochastic=bool(card.stochastic),
-        root_rule=method.root_rule,
+        root_rule=str(method.root_rule),
         folders=unit.method.folders,
         trained_on=manifest,
         training_share=method.training_share,

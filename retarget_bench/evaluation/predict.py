@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseInfo, Context, Dataset, Method, Prediction, TrainingClips
+from retarget_bench.api import Case, CaseInfo, Context, Dataset, Method, Prediction
+from retarget_bench.api.datasets import Cast
 from retarget_bench.errors import NotSupported, one_line
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Motion, Positions, Surface, kind_of
@@ -208,10 +209,10 @@ def context_for(method: Method | Inputs, dataset: Dataset, case: Case, seed: int
     return Context(**arguments)
 
 
-_CASTS: dict[int, tuple[Dataset, Mapping[str, Mapping[str, TrainingClips]] | None]] = {}
+_CASTS: dict[int, tuple[Dataset, Cast | None]] = {}
 
 
-def _training(dataset: Dataset) -> Mapping[str, Mapping[str, TrainingClips]] | None:
+def _training(dataset: Dataset) -> Cast | None:
     """The training part of a data set; the same object as long as the process lives."""
     if id(dataset) not in _CASTS:
         # the data set is kept beside it, lest another one be given its id

@@ -3,13 +3,12 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from retarget_bench.api import Dataset, TrainingClips
+from retarget_bench.api import Dataset
+from retarget_bench.api.datasets import Cast
 from retarget_bench.errors import NotSupported
 from retarget_bench.parallel import carried_out
 from retarget_bench.plugins.registry import files as plugin_files
 
-Cast = Mapping[str, Mapping[str, TrainingClips]]
-"""Structure -> character -> its clips."""
 Progress = Callable[[int, int], None]
 """Called with the number of characters done and their total."""
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, DatasetCard, TrainingClips
 from retarget_bench.api.completing import complete
+from retarget_bench.api.datasets import Cast
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.tasks import RETARGET
 from retarget_bench.files import free_name
@@ -136,7 +137,7 @@ class JointDataset(Dataset):
         return replace(data.load(own), info=here)
 
     # ------------------------------------------------------------------------------- to train on
-    def training(self) -> Mapping[str, Mapping[str, TrainingClips]]:
+    def training(self) -> Cast:
         """Structure -> character -> its clips. Raises NotSupported where a data set has none."""
         cast: dict[str, dict[str, TrainingClips]] = {}
         for member in self.members:
