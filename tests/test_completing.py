@@ -125,6 +125,8 @@ def test_what_a_plug_in_has_later_counts() -> None:
     assert method.weights_hash == "abc"
     method.weights_hash = "def"
     assert plugin.weights_hash == "def"
+    del method.weights_hash
+    assert method.weights_hash == ""
 
 
 def test_a_pickle_is_completed_too() -> None:

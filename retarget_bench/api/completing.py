@@ -41,6 +41,9 @@ class _Completed:
     def __setattr__(self, name: str, value: object) -> None:
         setattr(self._plugin_, name, value)
 
+    def __delattr__(self, name: str) -> None:
+        delattr(self._plugin_, name)
+
     def __getattr__(self, name: str) -> Any:
         try:
             return getattr(self._plugin_, name)
