@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.analysis.summary import Mean, means_over_clips
-from retarget_bench.api import Case, CaseInfo, optional
+from retarget_bench.api import Case, CaseInfo
 from retarget_bench.evaluation.predict import as_scored, context_for, predict
 from retarget_bench.evaluation.score import score
 from retarget_bench.files import digest, write_text
@@ -69,7 +69,7 @@ def scored(spec: Spec, data: Any, infos: Sequence[CaseInfo], file: Path) -> Numb
     Raises SystemExit where the method gives no answer.
     """
     method = bound.method(spec).built
-    built = [bound.method(spec).code, optional.weights_hash(method), data.content]
+    built = [bound.method(spec).code, method.weights_hash, data.content]
     key = digest(repr([*built, str(bound.method(spec).known_as), bound.metrics(METRICS).versions]))
     metrics = bound.metrics(METRICS).of_cases
 

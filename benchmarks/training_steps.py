@@ -30,7 +30,6 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import presets
-from retarget_bench.training.contract import LearnsFromPairs
 from retarget_bench.training.data import TrainingData, gather
 from retarget_bench.training.pair_data import gather_pairs
 from retarget_bench.training.phases import NORM, optimiser_phases, to_device
@@ -84,7 +83,7 @@ def translate(part: nn.Module) -> None:
 def compare(name: str, options: argparse.Namespace) -> None:
     spec = Spec.parse(name)
     method: Any = bound.method(spec).built
-    collect = gather_pairs if isinstance(method, LearnsFromPairs) else gather
+    collect = gather_pairs if method.from_pairs else gather
     fps = presets(method)[options.preset].fps
     data = collect(Spec.parse(options.dataset), spec, fps, 1, lambda *_: None)
     if options.steps:

@@ -1,11 +1,11 @@
 """Control: a second answer that is as right as the reference (how far two right answers lie apart)."""
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
 
 
-class AmbiguityFloor:
+class AmbiguityFloor(Method):
     """The same performance by the same body in another manner, where the data set has one.
 
     A body that does the same steps and touches may turn its knees and elbows, bend its spine and keep its

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.motion import hinges, root_rules, rotation, transfer
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.fitting.bones import unit, wahba
@@ -14,7 +14,7 @@ _LONG = ("arm", "forearm", "up_leg", "leg")
 """Bones that rest alike on all bodies in the reference pose. Others rest as their rig pleases."""
 
 
-class BoneDirections:
+class BoneDirections(Method):
     """Global bone directions matched, bone lengths the target's own.
 
     Every bone is swung from the reference pose, the shortest way: the long bones of arms and legs until

@@ -1,12 +1,12 @@
 """Copies joint orientations relative to a common reference pose and scales the root path by one ratio."""
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import root_rules, transfer
 from retarget_bench.motion.character import Character, Motion
 
 
-class CopyRotations:
+class CopyRotations(Method):
     """Plain retargeting as in animation tools: the line that a method has to beat.
 
     Every joint of the target takes the world orientation of its counterpart, relative to the reference

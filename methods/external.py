@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.prediction.environments import files_hash, in_full
 from retarget_bench.exchange.case_export import CONVENTIONS, MANIFEST, SCHEMA, write_source, write_target
@@ -17,7 +17,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.results.predictions import read_prediction
 
 
-class External:
+class External(Method):
     """Answers of ``command FOLDER``. The folder has the form of ``bench export --questions``: sources,
     bodies of targets, and a manifest that says how the answers are to be named (docs/plugins.md).
 

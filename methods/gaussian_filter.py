@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import transfer
 from retarget_bench.motion.character import Character, Positions
@@ -18,7 +18,7 @@ _SHARE = 0.6745
 """The median size of a normal variable, in standard deviations."""
 
 
-class GaussianFilter:
+class GaussianFilter(Method):
     """A moving average. Wide ones remove more noise and more motion.
 
     sigma: seconds, standard deviation of the weights; 0 gives the source back. ``auto`` takes it from the

@@ -1,11 +1,11 @@
 """Control: gives the source back, noise and all; for source and target of one body."""
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.motion import transfer
 from retarget_bench.motion.character import Character
 
 
-class Identity:
+class Identity(Method):
     """The score of doing nothing: zero error for clean motion, the noise for noisy motion.
 
     A method that denoises has to stay below it, and one that reconstructs cannot.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from retarget_bench.api import MethodCard
+from retarget_bench.api import Method, MethodCard
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import completion
 
@@ -10,7 +10,7 @@ _NOTHING = 1e-12
 """Of a variance, lest joints that never move make the equations singular."""
 
 
-class LinearJoints(completion.Completer):
+class LinearJoints(completion.Completer, Method):
     """The best linear map from the joints that are given to the others, frame by frame.
 
     It is fitted for every body and set of joints, in a frame that moves and turns with the given joints, on

@@ -7,7 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from retarget_bench.api import Context, MethodCard, PointSets, Surface
+from retarget_bench.api import Context, Method, MethodCard, PointSets, Surface
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion import completion, facing, scan_path
 from retarget_bench.motion.character import Character
@@ -21,7 +21,7 @@ _BODIES = 8
 """Of the latest so many bodies the poses are kept."""
 
 
-class NearestFrame:
+class NearestFrame(Method):
     """A frame of the training motion for each frame of points, without any model of a body.
 
     Training motion is copied onto the target (as ``nearest_pose`` does) and skinned. A pose is described by

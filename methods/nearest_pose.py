@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from retarget_bench.api import MethodCard
+from retarget_bench.api import Method, MethodCard
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import completion
 
@@ -12,7 +12,7 @@ _ENOUGH = 200
 """Poses that decide which given joint a missing one is close to."""
 
 
-class NearestPose(completion.Completer):
+class NearestPose(completion.Completer, Method):
     """The mean of the nearest training poses, frame by frame, the nearer the weightier.
 
     Poses are of that very body (the training motion's rotations copied to it) and are compared in a frame

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
 
 
-class OtherClip:
+class OtherClip(Method):
     """A plausible motion of the right body that has nothing to do with the source.
 
     The clip is chosen by the case's seed, brought to the source's rate, and cropped or played to and fro

@@ -1,11 +1,11 @@
 """Control: the right answer, written and read again like any prediction (the noise floor)."""
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
 
 
-class Reference:
+class Reference(Method):
     """The upper bound: what a perfect method would score, rounding in files included."""
 
     card = MethodCard(

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.motion import root_rules, transfer
 from retarget_bench.motion.character import Character, Motion
 
 _RULE = "hip_height"
 
 
-class RestPose:
+class RestPose(Method):
     """A lower bound without any pose: a T-pose facing +Z, which never moves.
 
     It stands with its feet on the floor, at the source's mean place on the ground scaled by hip height.

@@ -2,7 +2,7 @@
 
 import math
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import transfer
 from retarget_bench.motion.character import Character, Positions
@@ -11,7 +11,7 @@ RATE = 30.0
 """Frames per second that ``window`` is counted at."""
 
 
-class SavitzkyGolay:
+class SavitzkyGolay(Method):
     """Least-squares polynomials over a moving window (Savitzky and Golay 1964): unlike plain averages they
     keep the height of peaks, and leave any polynomial of their order alone, at the ends too.
 

@@ -2,13 +2,13 @@
 
 from typing import Any
 
-from retarget_bench.api import Context, MethodCard
+from retarget_bench.api import Context, Method, MethodCard
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import root_rules, transfer
 from retarget_bench.motion.character import Character, Motion
 
 
-class SkinnedCopy:
+class SkinnedCopy(Method):
     """Copied rotations on a mesh whose skeleton and exact skinning weights are known.
 
     The motion that the source's points were drawn from is privileged: with it nothing has to be estimated

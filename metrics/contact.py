@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from retarget_bench.api import Direction, MetricCard, Value, against_source
+from retarget_bench.api import Direction, Metric, MetricCard, Value, against_source
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import runs
@@ -142,7 +142,7 @@ class ReferenceContacts:
     stances: list[tuple[int, int, int]]
 
 
-class Contact:
+class Contact(Metric):
     """Contacts by position: labels of the data set where it has exact ones, else found in the reference.
 
     Recall alone misleads: a body that never moves its feet may score 1.

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from retarget_bench.api import MetricCard, Value, against_source
+from retarget_bench.api import Metric, MetricCard, Value, against_source
 from retarget_bench.api.comparison import Comparison, ContactLabels
 from retarget_bench.motion.contact import CONTACT_SPEED
 
@@ -33,7 +33,7 @@ def _value(id_: str, label: str, meaning: str, share: str) -> Value:
     )
 
 
-class ContactSpeed:
+class ContactSpeed(Metric):
     """Recall, precision and F1. Recall alone misleads: a frozen foot scores 1."""
 
     card = MetricCard(

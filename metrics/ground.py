@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import Metric, MetricCard, Value
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion.ground import ground_height
 
@@ -36,7 +36,7 @@ _above = partial(
 )
 
 
-class GroundContact:
+class GroundContact(Metric):
     """Joints are centres of joints, not soles: compare with the reference's own row."""
 
     card = MetricCard(

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import Metric, MetricCard, Value
 from retarget_bench.api.comparison import Comparison
 
 SECONDS = (
@@ -27,7 +27,7 @@ def _value(kind: str, label: str, meaning: str) -> Value:
     )
 
 
-class Growth:
+class Growth(Metric):
     """The primary position errors as curves over time."""
 
     card = MetricCard(

@@ -9,7 +9,7 @@ from itertools import compress
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import Metric, MetricCard, Value
 from retarget_bench.api.comparison import Comparison, scored_joints
 from retarget_bench.motion import rotation, transfer
 from retarget_bench.motion.character import Character
@@ -108,7 +108,7 @@ def _values(order: str) -> tuple[Value, ...]:
 SOURCE = "this project; retargeting for robots checks joints for velocity limits and jumps in this way"
 
 
-class JointSpeed:
+class JointSpeed(Metric):
     """Greatest angular speeds and accelerations of joints against those of the source's joints.
 
     To turn less than the source is no fault here: a motion that stands still has 1, as has one without

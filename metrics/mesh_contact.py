@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Prediction, Value
+from retarget_bench.api import Metric, MetricCard, Prediction, Value
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import ground_height
@@ -53,7 +53,7 @@ _value = partial(Value, better="lower", source=PROJECT, needs=("mesh",), toleran
 _contact = partial(_value, needs=("reference", "mesh"))
 
 
-class MeshContact:
+class MeshContact(Metric):
     """Contacts between surfaces. The ground is the case's, flat at 0 where the data set says nothing."""
 
     card = MetricCard(

@@ -5,7 +5,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value, protocol
+from retarget_bench.api import Metric, MetricCard, Value, protocol
 from retarget_bench.api.comparison import Comparison, squared_length
 from retarget_bench.motion.character import Character
 
@@ -34,7 +34,7 @@ _value = partial(Value, unit="cm", better="lower", tolerance=1e-5, needs=("refer
 _protocol = partial(protocol, divided_by="H2", joints="22")
 
 
-class Nkn:
+class Nkn(Metric):
     """Legacy protocols on 22 joints and H2."""
 
     card = MetricCard(

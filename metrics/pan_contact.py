@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import Metric, MetricCard, Value
 from retarget_bench.api.comparison import Comparison, squared_length, steps
 
 EPSILONS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
@@ -55,7 +55,7 @@ def _value(kind: str, suffix: str) -> Value:
     )
 
 
-class PanContact:
+class PanContact(Metric):
     """The same speed test on prediction and reference, at many thresholds."""
 
     card = MetricCard(

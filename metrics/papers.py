@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from functools import partial
 
-from retarget_bench.api import MetricCard, Value, protocol
+from retarget_bench.api import Metric, MetricCard, Value, protocol
 from retarget_bench.api.comparison import Comparison
 
 JOINTS = (
@@ -19,7 +19,7 @@ _value = partial(Value, unit="1e-3", better="lower")
 _protocol = partial(protocol, divided_by="H1^2", joints="structure", frames="a multiple of 4")
 
 
-class Papers:
+class Papers(Metric):
     """Legacy protocols on the papers' joint set and H1."""
 
     card = MetricCard(

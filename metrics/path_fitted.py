@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value, protocol
+from retarget_bench.api import MetricCard, PairMetric, Value, protocol
 from retarget_bench.api.comparison import Comparison, squared_length
 
 SOURCE = (
@@ -21,7 +21,7 @@ LEVEL = (0, 2)
 _value = partial(Value, source=SOURCE, needs=("reference", "source", "clips"))
 
 
-class PathFitted:
+class PathFitted(PairMetric):
     """What is left of MPJPE when a rule for the root's path is no longer at fault."""
 
     card = MetricCard(

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value, protocol
+from retarget_bench.api import Metric, MetricCard, Value, protocol
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion.roles import END_EFFECTORS
 
@@ -19,7 +19,7 @@ ENDS = "head, hands, feet, toes"
 _value = partial(Value, unit="% of height", better="lower", source=PRIMARY)
 
 
-class Position:
+class Position(Metric):
     """Distances between the joints of prediction and reference."""
 
     card = MetricCard(

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value, protocol
+from retarget_bench.api import Metric, MetricCard, Value, protocol
 from retarget_bench.api.comparison import RATE, Comparison, squared_length
 from retarget_bench.motion.alignment import RIGID, SIMILAR, fits, residuals
 
@@ -30,7 +30,7 @@ def _value(variant: str, label: str, meaning: str, formula: str) -> Value:
     )
 
 
-class Procrustes:
+class Procrustes(Metric):
     """Mean distances that remain after a least-squares alignment."""
 
     card = MetricCard(

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from retarget_bench.api import Direction, MetricCard, Value
+from retarget_bench.api import Direction, Metric, MetricCard, Value
 from retarget_bench.api.comparison import Comparison, squared_length
 
 HUMOT = "HuMoT (Mourot et al. 2023), sections 4.1, 4.3 and 4.4: MPJPE in cm, world, not aligned"
@@ -18,7 +18,7 @@ def _value(id_: str, label: str, meaning: str, formula: str, better: Direction =
     return Value(id_, label, meaning, "cm", better, formula, HUMOT, 1e-5)
 
 
-class Restoration:
+class Restoration(Metric):
     """Distances to the clean motion: of the output, of the input, and of given and missing joints."""
 
     card = MetricCard(

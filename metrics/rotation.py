@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import Metric, MetricCard, Value
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion import rotation
 from retarget_bench.motion.roles import is_tip
@@ -26,7 +26,7 @@ _value = partial(
 )
 
 
-class Rotation:
+class Rotation(Metric):
     """Angles between rotations of one skeleton, which do not depend on its rest pose."""
 
     card = MetricCard(

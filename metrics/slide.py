@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value, against_source
+from retarget_bench.api import Metric, MetricCard, Value, against_source
 from retarget_bench.api.comparison import RATE, Comparison, ContactLabels, steps
 
 DEFINITION = (
@@ -41,7 +41,7 @@ def _value(suffix: str) -> Value:
     )
 
 
-class Slide:
+class Slide(Metric):
     """Horizontal speed of the feet during true contacts, not during those found in the prediction."""
 
     card = MetricCard(

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value, against_source
+from retarget_bench.api import Metric, MetricCard, Value, against_source
 from retarget_bench.api.comparison import RATE, Comparison, squared_length
 
 STILL = 0.1
@@ -57,7 +57,7 @@ def _ratio(order: int) -> Value:
     )
 
 
-class Smoothness:
+class Smoothness(Metric):
     """Differences over time, always scaled to seconds or to frames of 30 per second."""
 
     card = MetricCard(

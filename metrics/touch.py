@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Touch, Value
+from retarget_bench.api import Metric, MetricCard, Touch, Value
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Motion
@@ -21,7 +21,7 @@ GAP = (
 )
 
 
-class SelfTouch:
+class SelfTouch(Metric):
     """Distances between two points of the body; a hand inside the body counts like one off it."""
 
     card = MetricCard(

@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Prediction, Value
+from retarget_bench.api import Metric, MetricCard, Prediction, Value
 from retarget_bench.api.comparison import RATE, Comparison, squared_length
 from retarget_bench.motion.alignment import RIGID, SIMILAR, fits, residuals
 
@@ -33,7 +33,7 @@ def _distance(id_: str, label: str, meaning: str, mean: str, why: str) -> Value:
     return _value(id_, label, meaning, "% of height", formula=f"100 * {mean} / h; {POINTS}", source=why)
 
 
-class VertexError:
+class VertexError(Metric):
     """Errors of surfaces. Vertices correspond by number; every vertex counts alike."""
 
     card = MetricCard(

@@ -194,7 +194,7 @@ def test_a_new_plug_in_runs_as_it_is(bench, bows, kind):
     assert "wrote mine.py" in result.out
     text = Path("mine.py").read_text()
     assert "my_" not in text.replace("my_plugin", "")
-    assert "class Mine:" in text
+    assert "class Mine(" in text
     tested = bench("test", "mine.py", *bows)
     assert tested.code == 0, tested.out + tested.err
     assert "FAILED" not in tested.out

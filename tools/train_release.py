@@ -24,7 +24,6 @@ import torch
 from torch import nn
 
 from retarget_bench import defaults
-from retarget_bench.api import optional
 from retarget_bench.commands.options import takes
 from retarget_bench.commands.train import ConsoleReporter
 from retarget_bench.errors import BenchError
@@ -215,7 +214,7 @@ def validated(options: TrainingOptions, device: torch.device, cases: int) -> tup
     that the shipped ones support. New ones that fail in one of them have an infinite error."""
     assert options.method is not None
     assert options.dataset is not None
-    aside = optional.validation(joint_datasets.dataset(options.dataset))
+    aside = joint_datasets.dataset(options.dataset).validation()
     if aside is None:
         raise BenchError(f"{options.dataset} has no validation cases to compare weights by")
     old = shipped(options.method)

@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Literal
 
-from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.motion import importer
 from retarget_bench.motion.bvh.catalogue import (
@@ -42,7 +42,7 @@ Take = tuple[str, int, int]
 """Name of a take, and its first and last but one frame."""
 
 
-class Cmu:
+class Cmu(Dataset):
     """Takes of a folder, ``SUBJECT_TAKE.bvh``, one skeleton for each subject.
 
     Training has all subjects but those of the test and of validation. Cases are the takes of these, of a

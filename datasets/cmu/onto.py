@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from retarget_bench.api import Contacts, Context, Performed, optional
+from retarget_bench.api import Contacts, Context, Performed
 from retarget_bench.errors import Unusable
 from retarget_bench.files import cache_folder, digest, slug
 from retarget_bench.motion import rotation
@@ -68,7 +68,7 @@ class Onto:
     def cast(self) -> Mapping[str, Character]:
         """All two-legged training bodies."""
         everybody = self._puppets.characters()
-        names = [name for bodies in optional.training(self._puppets).values() for name in bodies]
+        names = [name for bodies in self._puppets.training().values() for name in bodies]
         return {name: everybody[name] for name in names if not everybody[name].four_legged}
 
     @cached_property

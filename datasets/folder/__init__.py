@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseInfo, DatasetCard, Unreadable
+from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard, Unreadable
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.files import digest
 from retarget_bench.motion import importer, kinematics
@@ -35,7 +35,7 @@ STILL = 1e-4
 """Share of a body's height within which something counts as not moving at all."""
 
 
-class Folder:
+class Folder(Dataset):
     """Every clip of every body is carried to every other body, or to ``target`` alone.
 
     A case has a reference where source and target are one body, or where both have a clip of that name and

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
-from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.api.datasets import usual_splits
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.bvh.catalogue import CatalogueEntry, catalogue, fingerprint, some
@@ -24,7 +24,7 @@ AS_IN_PAN = "people are split as in PAN (subject1 is tested), the dog's split is
 DEPENDENT = "clips of one take are no independent draws: true intervals are wider than those given"
 
 
-class LafanDog:
+class LafanDog(Dataset):
     """Clips of a few seconds, each carried to the other species without a reference; self pairs with one.
 
     The setting of PAN, section 7. Kinds are ``idle``, ``move`` and ``sit``, told from the motion

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
-from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion.bvh.catalogue import CatalogueEntry, catalogue, fingerprint
 from retarget_bench.motion.character import Character, Motion
@@ -58,7 +58,7 @@ FOLDS_SUMMARY = (
 )
 
 
-class Mixamo:
+class Mixamo(Dataset):
     """A case is a pair of characters on a clip that both perform in the same number of frames.
 
     Structures are those of the rigs as the files have them: A with a ``Pelvis`` (Aj, BigVegas, Kaya), B

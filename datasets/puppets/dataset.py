@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, get_args
 
-from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.api.datasets import usual_splits
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.character import Character
@@ -29,7 +29,7 @@ MOST_BODIES = 9999
 """That can be drawn."""
 
 
-class Puppets:
+class Puppets(Dataset):
     """Exactly paired motion of generated bodies; that of size ``tiny`` comes with the package.
 
     size: ``tiny`` (150 cases at most), ``default`` (106 test clips, about 2,000 cases) or ``large`` (tested

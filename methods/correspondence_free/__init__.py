@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import Context, MethodCard, PointSets, Source, Surface
+from retarget_bench.api import Context, Method, MethodCard, PointSets, Source, Surface
 from retarget_bench.errors import NotSupported
 from retarget_bench.files import digest
 from retarget_bench.motion import rates, root_rules
@@ -19,7 +19,7 @@ from .posing import into_t_pose
 
 
 @dataclass(eq=False)
-class CorrespondenceFree:
+class CorrespondenceFree(Method):
     """The pipeline of Marsot, Rekik et al. (HAL v1, 2023): SKR, SMRM and SKIN.
 
     1. SKR finds 22 joints in every frame's points, and in points drawn from the target's mesh in T-pose.

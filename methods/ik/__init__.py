@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import root_rules, transfer
 from retarget_bench.motion.character import Character, Motion
@@ -16,7 +16,7 @@ from retarget_bench.motion.planting.two_bone import Pose, bend, ease_reach, rig_
 from . import hands, head
 
 
-class InverseKinematics:
+class InverseKinematics(Method):
     """Copied rotations with the contacts repaired, as an artist does after copying.
 
     1. Rotations are copied (see ``copy_rotations``) and the root path is scaled by ``root_rule``.

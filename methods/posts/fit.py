@@ -3,10 +3,10 @@
 from retarget_bench.api import Context, Prediction
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.fitting import fit
-from retarget_bench.plugins.post_processors import PostCard
+from retarget_bench.plugins.post_processors import Post, PostCard
 
 
-class Fit:
+class Fit(Post):
     """The motion of the body that comes nearest to the positions of an answer, all joints together.
 
     A method that gives positions can so be scored by metrics of rotations, with bones that do not stretch.

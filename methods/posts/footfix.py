@@ -7,13 +7,13 @@ from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.contact import CONTACT_ROLES, CONTACT_SPEED, planted, runs
 from retarget_bench.motion.roles import HANDS
-from retarget_bench.plugins.post_processors import PostCard
+from retarget_bench.plugins.post_processors import Post, PostCard
 
 CHUNK = 4096
 """Frames that are solved together: they do not depend on each other, and more would cost memory."""
 
 
-class FootFix:
+class FootFix(Post):
     """The foot clean-up of SAN's and PAN's code, which they use for pictures and not for their numbers.
 
     A foot joint is in contact where its counterpart in the *source* moves slowly; feet and toes of both

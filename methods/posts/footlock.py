@@ -10,10 +10,10 @@ from retarget_bench.motion.planting import feet
 from retarget_bench.motion.planting.cuts import joined, takes
 from retarget_bench.motion.planting.plant import no_legs, plant
 from retarget_bench.motion.planting.two_bone import Pose, rig_of
-from retarget_bench.plugins.post_processors import PostCard
+from retarget_bench.plugins.post_processors import Post, PostCard
 
 
-class FootLock:
+class FootLock(Post):
     """The feet of ``ik`` under the answer of another method.
 
     Near the floor feet follow the source's own path, scaled by ``root_rule``, and stand at one place as

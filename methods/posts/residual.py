@@ -12,13 +12,13 @@ from retarget_bench.motion.character import Character, Motion, Positions
 from retarget_bench.motion.planting.cuts import takes
 from retarget_bench.motion.roles import ancestors
 from retarget_bench.motion.smoothing import averaged
-from retarget_bench.plugins.post_processors import RECONSTRUCTION, PostCard
+from retarget_bench.plugins.post_processors import RECONSTRUCTION, Post, PostCard
 
 _SHORT = 1e-3
 """Heights: a bone of the source that is no longer says nothing of the target's."""
 
 
-class Residual:
+class Residual(Post):
     """The copied source plus the difference between two answers: the target's, and the source's own.
 
     What a network loses of a motion, it loses on every body alike. Where it is asked for the source on the

@@ -5,13 +5,13 @@ import numpy as np
 from retarget_bench.api import Context, Prediction
 from retarget_bench.motion import root_rules, transfer
 from retarget_bench.motion.character import Character, Motion
-from retarget_bench.plugins.post_processors import PostCard
+from retarget_bench.plugins.post_processors import Post, PostCard
 
 USUAL: root_rules.RootRule = "hip_height"
 """The rule that the path of learned methods follows."""
 
 
-class RootPath:
+class RootPath(Post):
     """The whole body moved by what the source's path under another root rule differs from that by hip
     heights.
 

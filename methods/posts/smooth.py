@@ -6,10 +6,10 @@ from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.planting.cuts import takes
 from retarget_bench.motion.smoothing import averaged
-from retarget_bench.plugins.post_processors import PostCard
+from retarget_bench.plugins.post_processors import Post, PostCard
 
 
-class Smooth:
+class Smooth(Post):
     """A low-pass filter: moving averages with Gaussian weights, not over the source's cuts.
 
     Quaternions of one joint get signs that do not change from frame to frame, are averaged as vectors and

@@ -12,6 +12,7 @@ from retarget_bench.api import (
     MetricCard,
     Prediction,
     Sample,
+    SetMetric,
     Stretches,
     Value,
 )
@@ -44,7 +45,7 @@ SETS = (
 )
 
 
-class Fid:
+class Fid(SetMetric):
     """Distance between the distribution of answers and that of real motion, all people together.
 
     The features are of the joints that all of them have, by role, so a split is one set whatever its

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.api import CaseFeatures, MetricCard, Prediction, Sample, Value
+from retarget_bench.api import CaseFeatures, MetricCard, Prediction, Sample, SetMetric, Value
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
@@ -54,7 +54,7 @@ def _value(name: str, meaning: str, formula: str, source: str, **others: str | f
     )
 
 
-class FidStructure:
+class FidStructure(SetMetric):
     """Distances between the distribution of results and that of real motion of the same structure.
 
     The references of the very clips that were retargeted are right answers, and a distance to them would

@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Prediction, Value
+from retarget_bench.api import Metric, MetricCard, Prediction, Value
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.api.comparison import vertices as vertices_of
 from retarget_bench.motion.character import Character
@@ -45,7 +45,7 @@ _value = partial(Value, better="lower", needs=("mesh",), tolerance=1e-2)
 _share = partial(_value, unit="% of limb area", source=WINDING, most=100.0)
 
 
-class SelfPenetration:
+class SelfPenetration(Metric):
     """Limbs in the rest of the body, by winding number; and the published test, which errs at rest.
 
     Upper arms and thighs are never tested, and no limb is tested against itself: skin that folds at a

@@ -1,16 +1,15 @@
 """The contracts between the engine and its plug-ins. Read this first.
 
-Every contract is structural: a plug-in needs no base class and may import nothing from here. It is
-enough that its objects have the attributes and methods named in these modules. A plug-in is a callable,
-mostly a class, that takes its parameters as keywords and returns such an object; in a file it is the
-module's attribute ``plugin``.
+The contracts are base classes, each with what its plug-ins must have (abstract) and what they may have,
+with its default. To derive from them is an offer: a plug-in may import nothing from here, and is completed
+where the engine takes it in (``complete``). A plug-in is a callable, mostly a class, that takes its
+parameters as keywords and returns such an object; in a file it is the module's attribute ``plugin``.
 
 The one path: a Dataset gives Cases; a Method turns a case's source motion into a motion of the target;
 a Metric compares that prediction with the case and returns named numbers.
 
 Imports motion.
-Offers ``cases``, ``datasets``, ``methods``, ``metrics``, what metrics see (``comparison``) and what
-plug-ins may offer beyond their contract (``optional``).
+Offers ``cases``, ``datasets``, ``methods``, ``metrics`` and what metrics see (``comparison``).
 """
 
 from retarget_bench.api.cases import PAIRED as PAIRED
@@ -29,23 +28,20 @@ from retarget_bench.api.datasets import SELF as SELF
 from retarget_bench.api.datasets import SPLITS as SPLITS
 from retarget_bench.api.datasets import Dataset as Dataset
 from retarget_bench.api.datasets import DatasetCard as DatasetCard
-from retarget_bench.api.datasets import RealDataset as RealDataset
 from retarget_bench.api.datasets import TrainingClips as TrainingClips
-from retarget_bench.api.datasets import TrainingDataset as TrainingDataset
 from retarget_bench.api.datasets import Unreadable as Unreadable
 from retarget_bench.api.methods import Ablation as Ablation
 from retarget_bench.api.methods import Asset as Asset
-from retarget_bench.api.methods import BatchMethod as BatchMethod
 from retarget_bench.api.methods import Context as Context
 from retarget_bench.api.methods import Method as Method
 from retarget_bench.api.methods import MethodCard as MethodCard
 from retarget_bench.api.methods import Parameters as Parameters
 from retarget_bench.api.metrics import TWO_LEGS as TWO_LEGS
+from retarget_bench.api.metrics import AnyMetric as AnyMetric
 from retarget_bench.api.metrics import CaseFeatures as CaseFeatures
 from retarget_bench.api.metrics import Direction as Direction
 from retarget_bench.api.metrics import Metric as Metric
 from retarget_bench.api.metrics import MetricCard as MetricCard
-from retarget_bench.api.metrics import OwnSets as OwnSets
 from retarget_bench.api.metrics import PairMetric as PairMetric
 from retarget_bench.api.metrics import Sample as Sample
 from retarget_bench.api.metrics import SetMetric as SetMetric

@@ -1,10 +1,16 @@
 """Data sets: where cases and training data come from."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
+from __future__ import annotations
 
-from retarget_bench.api.cases import Case, CaseInfo
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from retarget_bench.api.cases import Case, CaseInfo, TrainingPair
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -69,47 +75,6 @@ class Unreadable:
 _LISTED = 5
 
 
-class Dataset(Protocol):
-    """A source of cases. Building one must be quick: files are read when cases are asked for.
-
-    ``content``: what identifies the data in keys (a hash of the files, or generator version and
-    parameters). ``label``: what tables call it (``mixamo``, or ``mixamo san-partial (23 of 106 clips)``).
-    ``notes``: sentences that belong under every table of it (what was dropped and why).
-    """
-
-    card: DatasetCard
-
-    @property
-    def content(self) -> str: ...
-    @property
-    def label(self) -> str: ...
-    @property
-    def notes(self) -> Sequence[str]: ...
-    def characters(self) -> Mapping[str, Character]: ...
-    def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
-        """A fixed list, in a fixed order."""
-
-    def load(self, info: CaseInfo) -> Case: ...
-
-
-def chosen_splits(data: Dataset, names: Sequence[str]) -> list[str]:
-    """The splits asked for, or all, in the order of the data set. Raises BenchError for one that it has
-    not."""
-    there = data.card.splits
-    if unknown := [split for split in names if split not in there]:
-        raise BenchError(f"{data.label} has no split {unknown[0]!r}; it has {' and '.join(there)}")
-    return [split for split in there if split in names or not names]
-
-
-@runtime_checkable
-class RealDataset(Protocol):
-    """A data set that has cases without references, and real motion to compare their answers with."""
-
-    def real(self, task: str, structure: str) -> Sequence[CaseInfo]:
-        """Cases, for ``load``, whose references are the tested part's real motion of bodies of a structure:
-        each body and clip once, with the kinds of the cases without references."""
-
-
 class TrainingClips(Protocol):
     """Training motions of one character, each made when it is asked for."""
 
@@ -125,17 +90,125 @@ Manifest = Mapping[str, Sequence[str]]
 """``characters``, ``structures``, and ``kinds`` or ``clips``: what training had."""
 
 
-class TrainingDataset(Dataset, Protocol):
-    """A data set that can be trained on. Optional: without these methods it is for tests alone."""
+class TrainingPairs(Protocol):
+    """Pairs by index, always the same under an index, each made or read when it is asked for.
 
+    together: so many pairs in a row share their motions and are made together; ``bench train --prepare``,
+    which makes all beforehand, asks for every ``together``-th.
+    """
+
+    @property
+    def together(self) -> int: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> TrainingPair: ...
+
+
+class FrameLabels(Protocol):
+    """kind, phase: ``(frames,)``; touches: name -> ``(frames,)`` bool."""
+
+    @property
+    def kind(self) -> np.ndarray: ...
+    @property
+    def phase(self) -> np.ndarray: ...
+    @property
+    def touches(self) -> Mapping[str, np.ndarray]: ...
+
+
+class Dataset(ABC):
+    """A source of cases. Building one must be quick: files are read when cases are asked for.
+
+    What is not abstract is optional, and stands here with its default.
+    """
+
+    card: DatasetCard
+
+    @cached_property
+    def content(self) -> str:
+        """Identifies the data in keys: a hash of the files, or generator version and parameters. Needed."""
+        raise NotImplementedError(f"data set {self.card.name} has no content")
+
+    @cached_property
+    def label(self) -> str:
+        """What tables call it: ``mixamo``, or ``mixamo san-partial (23 of 106 clips)``."""
+        return self.card.name
+
+    @cached_property
+    def notes(self) -> Sequence[str]:
+        """Sentences that belong under every table of it: what was dropped and why."""
+        return ()
+
+    @abstractmethod
+    def characters(self) -> Mapping[str, Character]:
+        """Its bodies by name."""
+
+    @abstractmethod
+    def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
+        """A fixed list, in a fixed order."""
+
+    @abstractmethod
+    def load(self, info: CaseInfo) -> Case:
+        """A case, read now."""
+
+    # ------------------------------------------------------------------------------------- of cases
+    real: Callable[[str, str], Sequence[CaseInfo]] | None = None
+    """``real(task, structure)``, where there are cases without references and real motion to compare their
+    answers with: cases, for ``load``, whose references are the tested part's real motion of bodies of a
+    structure, each body and clip once, with the kinds of the cases without references."""
+
+    @cached_property
+    def unreadable(self) -> Unreadable | None:
+        """The files that cannot be read; None where all can."""
+        return None
+
+    def unseen(self, info: CaseInfo) -> Collection[str] | None:  # noqa: ARG002
+        """Those of ``source``, ``target`` and ``kind`` of a case that the training part does not have; None
+        where that is not known."""
+        return None
+
+    def conditions(self, info: CaseInfo) -> Mapping[str, float]:  # noqa: ARG002
+        """Conditions of a derived task's case, known without loading it: ``noise``, ``proportion``, ..."""
+        return {}
+
+    def labels(self, info: CaseInfo) -> FrameLabels | None:  # noqa: ARG002
+        """Labels of every frame of a case, for exports."""
+        return None
+
+    def parts(self) -> Mapping[str, Dataset]:
+        """The parts that an export writes apart: ``train``, ``validation``, ``test``; all under "" where
+        there are none."""
+        return {"": self}
+
+    # --------------------------------------------------------------------------------- to be trained on
     def training(self) -> Cast:
         """All clips to train on, whichever part the cases are of; none of them is in a case of the test or
         of ``validation()``. Empty where there is nothing to train on."""
+        return {}
 
     def validation(self) -> Dataset | None:
         """The validation part: cases that share no clip with the test and none with
         ``training()``, best with characters that ``training()`` does not have."""
+        return None
 
     def training_manifest(self) -> Manifest:
         """All that training and its validation have. Weights carry it, so that tables can part what is new
         to them from what is not."""
+        return {}
+
+    def training_pairs(self) -> TrainingPairs | None:
+        """The same performances by any two training bodies; none is in a case of any part. None: there are
+        none with these parameters."""
+        return None
+
+    @cached_property
+    def training_notes(self) -> Sequence[str]:
+        """Sentences about the training part: what was left out and why, or why there is none."""
+        return ()
+
+
+def chosen_splits(data: Dataset, names: Sequence[str]) -> list[str]:
+    """The splits asked for, or all, in the order of the data set. Raises BenchError for one that it has
+    not."""
+    there = data.card.splits
+    if unknown := [split for split in names if split not in there]:
+        raise BenchError(f"{data.label} has no split {unknown[0]!r}; it has {' and '.join(there)}")
+    return [split for split in there if split in names or not names]

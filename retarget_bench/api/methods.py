@@ -1,11 +1,16 @@
 """Methods: a source motion becomes a motion of a target character."""
 
-from collections.abc import Mapping, Sequence
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol
+from functools import cached_property
+from typing import Any, Literal
 
 from retarget_bench.api.cases import TASKS
-from retarget_bench.api.datasets import TrainingClips
+from retarget_bench.api.completing import words
+from retarget_bench.api.datasets import Cast, Manifest
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import Ground
 from retarget_bench.motion.motion import Motion, Prediction
@@ -74,6 +79,9 @@ class MethodCard:
     parameters: Mapping[str, str] = field(default_factory=dict)
     """Parameter name -> one line that says what it does and which values it takes."""
 
+    def __post_init__(self) -> None:
+        words(self, "accepts", "needs", "uses", "tasks")
+
 
 @dataclass(frozen=True)
 class Context:
@@ -87,7 +95,7 @@ class Context:
     target_motions: every reference motion of the target, this clip's included.
     source_motion: the motion that the source's points are of; a source by rotations itself.
     reconstruction: the method's answer to the source on its own body, for post-processors that need it.
-    training: for cards that use it: ``TrainingDataset.training()``, always the same object; None without.
+    training: for cards that use it: ``Dataset.training()``, always the same object; None without.
     """
 
     seed: int = 0
@@ -100,43 +108,106 @@ class Context:
     other_clips: Sequence[Prediction] | None = None
     source_motion: Motion | None = None
     reconstruction: Prediction | None = None
-    training: Mapping[str, Mapping[str, TrainingClips]] | None = None
+    training: Cast | None = None
 
 
-class Method(Protocol):
+class Method(ABC):
     """Turns a source motion into a motion of a target character.
 
     A source is a ``Source`` of a kind that the card accepts; methods annotate the kinds that they accept.
+    What is not abstract is optional, and stands here with its default.
     """
 
     card: MethodCard
 
+    @abstractmethod
     def supports(self, source: Character, target: Character) -> str | None:
         """None, or the reason why this pair cannot be retargeted, as a sentence."""
 
+    @abstractmethod
     def retarget(self, source: Any, target: Character, *, context: Context) -> Prediction:
         """The motion of ``target``: same frames, same rate, built with ``target.motion(...)``,
         ``target.positions(...)`` or ``target.surface(...)``."""
 
+    # -------------------------------------------------------------------------------------- answers
+    retarget_batch: Callable[..., Sequence[Prediction]] | None = None
+    """``retarget_batch(sources, targets, *, contexts)`` of a method that answers many cases faster together
+    than one by one: for speed alone. Answer k is what ``retarget(sources[k], targets[k],
+    context=contexts[k])`` gives, to 1e-5 of the height, whatever else is in the batch, in any order;
+    lengths, rates and bodies may differ (those of the engine's batches are alike, see ``batches.py``). What
+    ``supports`` refuses is never asked. Where this raises, or an answer is not valid, every case is asked
+    on its own."""
 
-class BatchMethod(Method, Protocol):
-    """A method that answers many cases faster together than one by one. Optional: for speed alone."""
-
-    def retarget_batch(
+    def reconstruct_batch(
         self, sources: Sequence[Any], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> Sequence[Prediction]:
-        """Answer k is what ``retarget(sources[k], targets[k], context=contexts[k])`` gives, to 1e-5 of the
-        height, whatever else is in the batch, in any order; lengths, rates and bodies may differ (those of
-        the engine's batches are alike, see ``batches.py``). What ``supports`` refuses is never asked. Where
-        this raises, or an answer is not valid, every case is asked on its own."""
+        """The answer to each source on the source's own body, where it is asked for a target.
+
+        Most ask nothing of the target; a method with networks for each kind of body takes the target's.
+        """
+        del targets
+        own = [source.character for source in sources]
+        if self.retarget_batch is not None:
+            return self.retarget_batch(sources, own, contexts=contexts)
+        questions = zip(sources, own, contexts, strict=True)
+        return [self.retarget(source, body, context=context) for source, body, context in questions]
+
+    def warm_up(self) -> None:  # noqa: B027
+        """Load what all answers need, such as weights.
+
+        Called once, before the first question, in the process that those that answer are forked from: what
+        is loaded later is loaded anew for every batch."""
+
+    attention: Callable[[Motion], Mapping[str, Any]] | None = None
+    """``attention(source)`` gives the fields of ``evaluation.attention.Attention``, for ``bench plot``."""
+
+    # --------------------------------------------------------------------------- of what it is made
+    @cached_property
+    def root_rule(self) -> str:
+        """What scales the root's path; "": unknown."""
+        return ""
+
+    @cached_property
+    def stages(self) -> Mapping[str, Method]:
+        """The methods that it is composed of, each under the parameter that names its weights or is a path
+        to them. Their code belongs to the keys of its results; its own ``weights_hash`` has their weights
+        in it."""
+        return {}
+
+    @cached_property
+    def weights_hash(self) -> str:
+        """Identifies the weights in keys of results; "" for none. Raises BenchError where they are
+        missing."""
+        return ""
+
+    @cached_property
+    def weights_label(self) -> str:
+        """The name in results of weights that are given by a path. Raises BenchError likewise."""
+        return ""
+
+    @cached_property
+    def training_manifest(self) -> Manifest | None:
+        """The training data of the weights; None where it is untrained or does not say."""
+        return self.card.trained_on
+
+    @cached_property
+    def training_share(self) -> float | None:
+        """Frames that training of the weights has seen, over those of its paper's; None: not known."""
+        return None
+
+    # -------------------------------------------------------------------------------- to be trained
+    from_pairs: bool = False
+    """Whether its training clips come from ``training_pairs()``: those of one name, by different
+    characters, are the same performance frame by frame."""
+
+    ablations: Mapping[str, Ablation] = {}
+    """Short name -> a table of its paper; ``bench ablate METHOD NAME`` trains every row and prints ours
+    below the published numbers."""
 
 
 @dataclass(frozen=True)
 class Ablation:
     """A table of a paper in which a method is trained again with one thing changed.
-
-    A method offers ``ablations``, a mapping from a short name to one; ``bench ablate METHOD NAME`` trains
-    every row and prints ours below the published numbers.
 
     tables: names of the published tables that print its rows (``bench table --paper NAME``).
     rows: label, as printed where the paper has the row -> parameters of the method that it trains.

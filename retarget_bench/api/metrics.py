@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, Protocol, runtime_checkable
+from typing import Any, Literal
 
 import numpy as np
 
@@ -138,16 +139,17 @@ class MetricCard:
         return (*self.values, *(twin for twin in twins if twin is not None))
 
 
-class Metric(Protocol):
+class Metric(ABC):
     """Turns one comparison into named numbers."""
 
     card: MetricCard
 
+    @abstractmethod
     def compute(self, comparison: Comparison) -> Mapping[str, float | Mapping[str, float]]:
         """Value id -> number, or index -> number for curves. Ids that do not apply are left out."""
 
 
-class PairMetric(Protocol):
+class PairMetric(ABC):
     """Numbers of cases that all clips of their pair of bodies decide together, as an error after a fit.
 
     The extract of each case waits until its split is complete. A pair with fewer than ``least`` answered
@@ -155,12 +157,14 @@ class PairMetric(Protocol):
     """
 
     card: MetricCard
-    least: int
+    least: int = 0
 
+    @abstractmethod
     def extract(self, comparison: Comparison) -> np.ndarray:
         """What the values need of a case, in an array of any shape; it is stored in single precision. Asked
         only where every value of the card applies."""
 
+    @abstractmethod
     def values(self, clips: Sequence[np.ndarray]) -> Sequence[Mapping[str, float]]:
         """The values of each clip of a pair, from its extract, in the order of the cases' ids."""
 
@@ -213,33 +217,43 @@ class Stretches:
     length: int
 
 
-@runtime_checkable
-class OwnSets(Protocol):
-    """A set metric that has other sets than one per target structure, halved clip by clip."""
-
-    stretches: Stretches
-
-    def set_of(self, case: Case) -> str:
-        """The name of the set that a case belongs to; "" where it is in none."""
-
-
-class SetMetric(Protocol):
+class SetMetric(ABC):
     """Compares sets of motions instead of single motions: FID and similar values.
-
-    A set is of one split and one target structure, unless the metric has ``OwnSets``.
-    ``evaluation/set_metrics`` draws it."""
+    ``evaluation/set_metrics`` draws them."""
 
     card: MetricCard
+    stretches: Stretches | None = None
+    """How a set is halved; None: clip by clip."""
 
+    def set_of(self, case: Case) -> str:
+        """The name of the set, within its split, that a case belongs to; "" where it is in none."""
+        return case.target.structure
+
+    @abstractmethod
     def network(self, target: Character) -> str:
         """The hash of what makes the features of this body's structure: part of the key of results.
         Raises NotSupported with the reason where there is none."""
 
+    @abstractmethod
     def features(self, comparison: Comparison) -> CaseFeatures:
         """The features of a case; no windows where the clip is too short."""
 
+    @abstractmethod
     def least(self, value_id: str) -> int:
         """The fewest windows in each set for which a value means anything."""
 
+    @abstractmethod
     def value(self, value_id: str, real: Sample, generated: Sample) -> float:
         """A value of two sets; not a number where it is undefined."""
+
+
+AnyMetric = Metric | PairMetric | SetMetric
+
+
+def contract_of(metric: Any) -> type[AnyMetric]:
+    """The base class of a metric's kind: as its card says, or, where that says nothing, its methods."""
+    methods = "set" if hasattr(metric, "features") else "case"
+    if hasattr(metric, "extract") and not hasattr(metric, "compute"):
+        methods = "pair"
+    kind = getattr(metric.card, "kind", "") or methods
+    return PairMetric if kind == "pair" else SetMetric if kind == "set" else Metric

@@ -169,12 +169,11 @@ def description(kind: registry.Kind, spec: Spec, all_: bool) -> list[str]:
 
 def _assets(spec: Spec) -> list[str]:
     """The files that a method needs beside its code, each with its hash or what is wrong with it."""
-    from retarget_bench.api.optional import method_card
     from retarget_bench.plugins.assets import asset_hash, asset_path
 
     method = registry.create("methods", spec)
     lines = []
-    for name, asset in method_card(method).assets.items():
+    for name, asset in method.card.assets.items():
         try:
             state = f"sha256 {asset_hash(asset_path(method, name))[:12]}..."
         except BenchError as error:

@@ -44,7 +44,7 @@ def ask(method: Method, source: Motion, name: str) -> Attention:
     """The attention of a method to a motion; name: of the method, for messages.
 
     Raises NotSupported where it does not say, and BenchError where what it says is none of that."""
-    if not hasattr(method, "attention"):
+    if method.attention is None:
         raise NotSupported(f"{name} does not say what it attends to; pan does")
     if why := method.supports(source.character, source.character):
         raise NotSupported(f"{name}: {why}")

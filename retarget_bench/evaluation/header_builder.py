@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import retarget_bench
-from retarget_bench.api import RealDataset, optional
+from retarget_bench.api import AnyMetric
 from retarget_bench.evaluation.plan import EvaluationUnit
 from retarget_bench.evaluation.prediction import environments
 from retarget_bench.plugins import registry
@@ -38,7 +38,7 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
     data = unit.data
     of_sets = unit.metrics.of_sets
     four_legged = None
-    if of_sets and isinstance(data, RealDataset):
+    if of_sets and data.real is not None:
         four_legged = tuple(sorted({b.structure for b in data.characters().values() if b.four_legged}))
     return ResultHeader(
         set_values=_values(of_sets),
@@ -56,7 +56,7 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
             content=data.content,
             splits=dict(data.card.splits),
             notes=tuple(data.notes),
-            unreadable=optional.unreadable(data),
+            unreadable=data.unreadable,
         ),
         metrics=unit.metrics.versions,
         values=_values((*unit.metrics.of_cases, *unit.metrics.of_pairs)),
@@ -84,7 +84,7 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
     if unit.plan.external:
         return MethodInfo(**common, origin=ELSEWHERE, privileged=(), control=False)
     method = unit.method.built
-    card, trained = optional.method_card(method), optional.method_manifest(method)
+    card, trained = method.card, method.training_manifest
     manifest = None if trained is None else {key: tuple(map(str, each)) for key, each in trained.items()}
     return MethodInfo(
         **common,
@@ -94,10 +94,10 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
         privileged=tuple(card.needs),
         control=bool(card.control),
         stochastic=bool(card.stochastic),
-        root_rule=optional.root_rule(method),
+        root_rule=str(method.root_rule),
         folders=unit.method.folders,
         trained_on=manifest,
-        training_share=optional.training_share(method),
+        training_share=method.training_share,
         environment=environments.facts(unit.environment) if unit.environment else {},
     )
 
@@ -110,7 +110,7 @@ def _post_facts(post: Spec, run_here: bool) -> dict[str, Any]:
     return facts
 
 
-def _values(metrics: Sequence[optional.AnyMetric]) -> dict[str, DeclaredValue]:
+def _values(metrics: Sequence[AnyMetric]) -> dict[str, DeclaredValue]:
     """Value id -> its declaration for tables, with its metric."""
     return {
         value.id: DeclaredValue.of(value, metric.card.name)

@@ -15,9 +15,8 @@ from typing import cast
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseInfo, Metric, PairMetric, Prediction
+from retarget_bench.api import AnyMetric, Case, CaseInfo, Metric, PairMetric, Prediction
 from retarget_bench.api.comparison import Comparison
-from retarget_bench.api.optional import AnyMetric, is_pair_metric
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import waiting
 from retarget_bench.evaluation.attempt import attempt
@@ -153,7 +152,7 @@ def values_of(metric: PairMetric, clips: Sequence[np.ndarray]) -> list[Values]:
 
 
 # --------------------------------------------------------------------------------------- single cases
-class OnePair:
+class OnePair(Metric):
     """A metric of pairs as one of cases: as if a case were all the clips of its pair."""
 
     def __init__(self, metric: PairMetric) -> None:
@@ -169,4 +168,4 @@ class OnePair:
 
 def of_case(metric: AnyMetric) -> Metric:
     """A metric of cases as it is; one of pairs as ``OnePair``."""
-    return OnePair(metric) if is_pair_metric(metric) else cast(Metric, metric)
+    return OnePair(metric) if isinstance(metric, PairMetric) else cast(Metric, metric)

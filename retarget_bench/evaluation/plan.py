@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from retarget_bench import defaults
-from retarget_bench.api import CaseInfo, Dataset, SetMetric, optional
+from retarget_bench.api import CaseInfo, Dataset, SetMetric
 from retarget_bench.api.datasets import chosen_splits
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import clips
@@ -128,7 +128,7 @@ class EvaluationUnit:
             "method": self.method.spec.name,
             "parameters": dict(self.known_as.parameters),
             "code": folder_hash(external) if external else self.method.code,
-            "weights": "" if external else optional.weights_hash(self.method.built),
+            "weights": "" if external else str(self.method.built.weights_hash),
             "dataset": self.dataset.spec.name,
             "dataset_parameters": self.dataset.parameters,
             "content": self.data.content,
@@ -156,7 +156,7 @@ class EvaluationUnit:
     @property
     def in_batches(self) -> bool:
         """True if the method takes several cases at once: others are asked them one after the other."""
-        return self.plan.external is None and optional.takes_batches(self.method.built)
+        return self.plan.external is None and self.method.built.retarget_batch is not None
 
     @cached_property
     def batches(self) -> Sequence[tuple[str, ...]]:

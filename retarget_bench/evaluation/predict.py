@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
 
-from retarget_bench.api import (
-    BatchMethod,
-    Case,
-    CaseInfo,
-    Context,
-    Dataset,
-    Method,
-    Prediction,
-    RealDataset,
-    TrainingClips,
-    optional,
-)
-from retarget_bench.api.optional import method_card, takes_batches
+from retarget_bench.api import Case, CaseInfo, Context, Dataset, Method, Prediction
+from retarget_bench.api.datasets import Cast
 from retarget_bench.errors import NotSupported, one_line
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Motion, Positions, Surface, kind_of
@@ -64,7 +53,7 @@ def predict_all(method: Method, cases: Sequence[Case], contexts: Sequence[Contex
     """
     pairs = list(zip(cases, contexts, strict=True))
     try:
-        batch = takes_batches(method)
+        batch = method.retarget_batch is not None
         together = [number for number, case in enumerate(cases) if batch and _takes(method, case)]
         answers = _at_once(method, [pairs[number] for number in together])
     except KeyboardInterrupt as error:
@@ -82,7 +71,7 @@ def _takes(method: Method, case: Case) -> bool:
 
 def _at_once(method: Method, pairs: Sequence[tuple[Case, Context]]) -> list[Outcome]:
     """The outcomes of a batch, all ok; none where there is no batch, or anything is wrong with it."""
-    if not takes_batches(method) or len(pairs) < 2:
+    if method.retarget_batch is None or len(pairs) < 2:
         return []
     try:
         answers = ask_batch(method, pairs)
@@ -92,10 +81,11 @@ def _at_once(method: Method, pairs: Sequence[tuple[Case, Context]]) -> list[Outc
         return []
 
 
-def ask_batch(method: BatchMethod, pairs: Sequence[tuple[Case, Context]]) -> Sequence[object]:
+def ask_batch(method: Method, pairs: Sequence[tuple[Case, Context]]) -> Sequence[object]:
     """The unchecked answers of ``retarget_batch`` to cases that the method does not refuse."""
     sources = [case.source.copy() for case, _ in pairs]
     targets = [case.target for case, _ in pairs]
+    assert method.retarget_batch is not None
     return method.retarget_batch(sources, targets, contexts=[context for _, context in pairs])
 
 
@@ -103,7 +93,7 @@ def refusal(method: Method, case: Case) -> str | None:
     """The reason why a method cannot be asked this case, or None."""
     if not case.source.frames:
         return EMPTY
-    kind, card = kind_of(case.source), method_card(method)
+    kind, card = kind_of(case.source), method.card
     source_motion = case.source_motion if "source_motion" in card.needs else None
     if kind not in card.accepts and source_motion is None:
         return f"takes {' or '.join(card.accepts)} as source, but this source is known by {kind} only"
@@ -183,7 +173,7 @@ class Inputs:
 
     @classmethod
     def of(cls, method: Method) -> Self:
-        card = method_card(method)
+        card = method.card
         return cls(tuple(card.needs), tuple(card.uses), isinstance(method, Composed))
 
 
@@ -219,14 +209,14 @@ def context_for(method: Method | Inputs, dataset: Dataset, case: Case, seed: int
     return Context(**arguments)
 
 
-_CASTS: dict[int, tuple[Dataset, Mapping[str, Mapping[str, TrainingClips]] | None]] = {}
+_CASTS: dict[int, tuple[Dataset, Cast | None]] = {}
 
 
-def _training(dataset: Dataset) -> Mapping[str, Mapping[str, TrainingClips]] | None:
+def _training(dataset: Dataset) -> Cast | None:
     """The training part of a data set; the same object as long as the process lives."""
     if id(dataset) not in _CASTS:
         # the data set is kept beside it, lest another one be given its id
-        _CASTS[id(dataset)] = dataset, optional.training(dataset) or None
+        _CASTS[id(dataset)] = dataset, dataset.training() or None
     return _CASTS[id(dataset)][1]
 
 
@@ -242,7 +232,7 @@ def _clips_of_target(dataset: Dataset, info: CaseInfo, splits: Sequence[str]) ->
 
 def _real_clips(dataset: Dataset, case: Case) -> list[CaseInfo]:
     """Likewise where cases have no references: the real motion that the data set has of the target."""
-    if not isinstance(dataset, RealDataset):
+    if dataset.real is None:
         return []
     infos = dataset.real(case.info.task, case.target.structure)
     return sorted((info for info in infos if info.target == case.info.target), key=lambda info: info.clip)

@@ -11,10 +11,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from retarget_bench.api import Case, Metric, PairMetric, Prediction, Value
+from retarget_bench.api import AnyMetric, Case, Metric, PairMetric, Prediction, Value
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.api.immutable import immutable
-from retarget_bench.api.optional import AnyMetric
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.attempt import attempt, kind, sentence
 from retarget_bench.motion.motion import Motion, PointSets, Positions

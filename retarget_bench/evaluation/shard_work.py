@@ -14,7 +14,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-from retarget_bench.api import Case, CaseInfo, Dataset, Prediction, RealDataset
+from retarget_bench.api import Case, CaseInfo, Dataset, Prediction
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import conventions, pairs, plan, set_metrics, timing, waiting
 from retarget_bench.evaluation.attempt import sentence
@@ -198,7 +198,7 @@ class ShardWork:
             extracts, added = pairs.collect(of_pairs, case, prediction, before)
             faults.update(added)
         if self.metrics.of_sets:
-            real = isinstance(self._data(of_unit), RealDataset)
+            real = self._data(of_unit).real is not None
             members, added = set_files.collect(self.metrics.of_sets, case, prediction, real, before)
             extracts |= set_files.extracts_of(members)
             faults.update(added)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from retarget_bench.api import MethodCard, optional
+from retarget_bench.api import MethodCard
 from retarget_bench.errors import FileError, mistakes
 from retarget_bench.files import read_toml
 from retarget_bench.plugins import bound
@@ -77,7 +77,7 @@ def begun(about: MethodInfo, rate: float | None) -> str:
     not here.
     """
     built = None if about.external else bound.method(Spec.parse(about.label).here).built
-    about_method = optional.method_card(built) if built else MethodCard("", "", "")
+    about_method = built.card if built else MethodCard("", "", "")
     facts = {
         "version": about.version,
         "authors": [FILL_IN],

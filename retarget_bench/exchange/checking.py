@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from retarget_bench.analysis.summary import split_summaries
-from retarget_bench.api import Dataset, OwnSets, Value, optional
+from retarget_bench.api import Dataset, SetMetric, Value
 from retarget_bench.errors import BenchError, FileError, printable
 from retarget_bench.evaluation import pairs, set_metrics
 from retarget_bench.evaluation.predict import as_scored
@@ -184,7 +184,7 @@ def _wrong_metrics(header: ResultHeader, task: str) -> Iterator[str]:
     for name, metric in registry.working("metrics")[0].items():
         if name not in header.metrics:
             usual = registry.find("metrics", name).origin == registry.BUILT_IN
-            if usual and task in optional.metric_tasks(metric):
+            if usual and task in metric.card.tasks:
                 yield f"there are no values of {name}; score all metrics"
             continue
         there, here = versions[name], str(metric.card.version)
@@ -227,7 +227,8 @@ def _wrong_numbers(results: Results) -> Iterator[str]:
     sets = set_metrics.read(results.paths) if header.set_values else []
     for name in sorted(header.set_values.keys() - {each.value_id for each in sets}):
         metric = registry.working("metrics")[0].get(header.set_values[name].metric)
-        if rated.any() and metric is not None and not isinstance(metric, OwnSets):
+        own_sets = isinstance(metric, SetMetric) and metric.stretches is not None
+        if rated.any() and metric is not None and not own_sets:
             yield f"values of {name} are left out"
     for each in sets:
         shown = [number for number in (each.value, each.floor) if number is not None]

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import CaseInfo, Dataset, Prediction, optional
+from retarget_bench.api import CaseInfo, Dataset, Prediction
+from retarget_bench.api.completing import complete
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.exchange.case_export import MANIFEST, manifest_facts, standing
 from retarget_bench.files import read_json, slug, write_text
@@ -120,15 +121,16 @@ def export(data: Dataset, name: str, folder: Path, form: str = "bvh") -> Iterato
     """
     head = f"retarget-bench export of {name}: {data.content}" + ("" if form == "bvh" else f" as {form}")
     target = _Folder.open(folder, head, form)
+    parts = {part: complete(each, Dataset) for part, each in data.parts().items()}
     listed = [
         (part, each, info)
-        for part, each in optional.parts(data).items()
+        for part, each in parts.items()
         for split in each.card.splits
         for info in each.cases("retarget", split)
     ]
     training = [
         (structure, character, clips, number)
-        for structure, characters_of in optional.training(data).items()
+        for structure, characters_of in data.training().items()
         for character, clips in characters_of.items()
         for number in range(len(clips))
     ]
@@ -187,7 +189,7 @@ def _case(target: _Folder, data: Dataset, part: str, info: CaseInfo) -> dict[str
             target.add(files["labels_file"], json.dumps(labels) + "\n")
     present = {key: file for key, file in files.items() if target.has(file)}
     row = {**asdict(info), **present}
-    if (unseen := optional.unseen(data, info)) is not None:
+    if (unseen := data.unseen(info)) is not None:
         row["not_in_training"] = sorted(unseen)
     return {"part": part, **row} if part else row
 
@@ -200,7 +202,7 @@ def _labels(data: Dataset, info: CaseInfo, contacts: Any) -> dict[str, Any]:
             if (label := getattr(contacts, name)) is not None:
                 columns = zip(contacts.roles, np.asarray(label).T, strict=True)
                 facts[name] = {role: runs(column).tolist() for role, column in columns}
-    if (labels := optional.labels(data, info)) is not None:
+    if (labels := data.labels(info)) is not None:
         starts = [0, *(np.flatnonzero(labels.kind[1:] != labels.kind[:-1]) + 1).tolist(), len(labels.kind)]
         facts["kind"] = [[str(labels.kind[first]), first, end] for first, end in pairwise(starts)]
         facts["phase"] = [round(float(value), 4) for value in labels.phase]

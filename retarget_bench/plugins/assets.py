@@ -11,8 +11,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from retarget_bench.api.completing import original
 from retarget_bench.api.methods import Method
-from retarget_bench.api.optional import method_card
 from retarget_bench.errors import BenchError
 from retarget_bench.files import digest
 from retarget_bench.plugins.post_processors import Composed
@@ -20,7 +20,7 @@ from retarget_bench.plugins.post_processors import Composed
 
 def asset_path(method: Method, name: str) -> Path:
     """Where an asset lies, in full. Raises BenchError where it is not there or not what the card says."""
-    asset = method_card(method).assets[name]
+    asset = method.card.assets[name]
     path, parameter = _place(method, name)
     needing = method.card.name.partition("+")[0]
     if not path.exists():
@@ -35,12 +35,12 @@ def asset_path(method: Method, name: str) -> Path:
 
 def asset_hashes(method: Any) -> dict[str, str]:
     """Asset -> sha256 of what it holds, which keys of results depend on. Raises BenchError."""
-    return {name: asset_hash(asset_path(method, name)) for name in sorted(method_card(method).assets)}
+    return {name: asset_hash(asset_path(method, name)) for name in sorted(method.card.assets)}
 
 
 def _place(method: Any, name: str) -> tuple[Path, str]:
     """Where an asset has to lie, and the parameter that holds this path, "" where none does."""
-    method = method.method if isinstance(method, Composed) else method
+    method = original(method.method if isinstance(method, Composed) else method)
     home = Path(inspect.getfile(type(method))).parent
     parameters = inspect.signature(type(method)).parameters
     if name not in parameters:

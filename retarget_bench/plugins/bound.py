@@ -12,7 +12,8 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from retarget_bench.api import Dataset, Method, MethodCard, Metric, PairMetric, SetMetric, Value, optional
+from retarget_bench.api import AnyMetric, Dataset, Method, MethodCard, Metric, PairMetric, SetMetric, Value
+from retarget_bench.api.completing import whole
 from retarget_bench.api.datasets import DatasetCard
 from retarget_bench.errors import BenchError
 from retarget_bench.files import facts_digest, slug
@@ -46,15 +47,15 @@ class BoundMethod:
 
     @cached_property
     def card(self) -> MethodCard:
-        return optional.method_card(self.built)
+        return self.built.card
 
     @cached_property
     def _labels(self) -> dict[str, str]:
         """Parameter that names local weights or assets -> the hash that it goes by in results.
 
         Raises BenchError where these are missing."""
-        weighted, values = {"weights": self.built, **optional.stages(self.built)}, self.spec.parameters
-        labels = {name: optional.weights_label(each) for name, each in weighted.items() if name in values}
+        weighted, values = {"weights": self.built, **self.built.stages}, self.spec.parameters
+        labels = {name: each.weights_label for name, each in weighted.items() if name in values}
         for name in self.card.assets:
             if name in values:
                 labels[name] = f"local-{assets.asset_hash(assets.asset_path(self.built, name))[:8]}"
@@ -84,7 +85,7 @@ class BoundMethod:
     @property
     def code(self) -> str:
         """A hash of the code that its answers depend on."""
-        return method_code(self.spec, optional.stage_names(self.built))
+        return method_code(self.spec, stage_names(self.built))
 
 
 @dataclass(frozen=True)
@@ -103,8 +104,7 @@ class BoundDataset:
     def locations(self) -> tuple[str, ...]:
         """The parameters that say where its files lie, as its card tells."""
         card = class_card(registry.load("datasets", self.spec.name))
-        card = card or dataset(Spec(self.spec.name)).built.card
-        return tuple(getattr(card, "locations", DatasetCard.locations))
+        return tuple(whole(card or dataset(Spec(self.spec.name)).built.card, DatasetCard).locations)
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -139,8 +139,8 @@ class BoundMetrics:
     def built(self) -> tuple[Any, ...]:
         """The plug-in objects. Raises BenchError."""
         built = tuple(registry.create("metrics", Spec.parse(name)) for name in self.names)
-        for metric in filter(optional.is_pair_metric, built):
-            if not (isinstance(getattr(metric, "least", None), int) and metric.least >= 1):
+        for metric in built:
+            if isinstance(metric, PairMetric) and not (isinstance(metric.least, int) and metric.least >= 1):
                 name = metric.card.name
                 raise BenchError(
                     f"metric {name}: least, the fewest clips of a pair, must be a whole number, 1 or more"
@@ -151,18 +151,17 @@ class BoundMetrics:
     @cached_property
     def of_cases(self) -> tuple[Metric, ...]:
         """The metrics of single cases."""
-        others = (optional.is_pair_metric, optional.is_set_metric)
-        return tuple(each for each in self.built if not any(is_other(each) for is_other in others))
+        return tuple(each for each in self.built if isinstance(each, Metric))
 
     @cached_property
     def of_pairs(self) -> tuple[PairMetric, ...]:
         """The metrics of all clips of a pair of bodies together."""
-        return tuple(each for each in self.built if optional.is_pair_metric(each))
+        return tuple(each for each in self.built if isinstance(each, PairMetric))
 
     @cached_property
     def of_sets(self) -> tuple[SetMetric, ...]:
         """The metrics of whole sets of cases."""
-        return tuple(each for each in self.built if optional.is_set_metric(each))
+        return tuple(each for each in self.built if isinstance(each, SetMetric))
 
     @property
     def wait(self) -> bool:
@@ -177,9 +176,9 @@ class BoundMetrics:
         for name, metric in zip(self.names, self.built, strict=True):
             files = reached(registry.code_files("metrics", Spec.parse(name).name), FEATURES)
             files |= package_code("api.comparison")
-            if optional.is_set_metric(metric):
+            if isinstance(metric, SetMetric):
                 files |= package_code(SETS)
-            if optional.is_pair_metric(metric):
+            if isinstance(metric, PairMetric):
                 files |= package_code(PAIRS)
             versions[metric.card.name] = f"{metric.card.version}+{code_hash(files)}"
         return versions
@@ -225,13 +224,18 @@ def method_code(spec: Spec, stages: tuple[str, ...] = ()) -> str:
     ``APART``, and of what these files reach of the layers that learned methods share. A data set that
     reads formats of motion files has their code in its own ``content``.
 
-    stages: plug-ins that the method is composed of (``optional.stage_names``). Nothing is imported."""
+    stages: plug-ins that the method is composed of (``stage_names``). Nothing is imported."""
     own = set().union(*(registry.code_files("methods", name) for name in (spec.name, *stages)))
     own = own.union(*(registry.code_files("posts", post.name) for post in spec.posts))
     return code_hash(reached(own, LAYERS) | package_code("motion").difference(*map(package_code, APART)))
 
 
-def declared_values(metrics: Iterable[optional.AnyMetric]) -> dict[str, Value]:
+def stage_names(method: Method) -> tuple[str, ...]:
+    """The plug-ins that a method is composed of, and those that these are composed of."""
+    return tuple(name for one in method.stages.values() for name in (one.card.name, *stage_names(one)))
+
+
+def declared_values(metrics: Iterable[AnyMetric]) -> dict[str, Value]:
     """Value id -> its declaration. Raises BenchError where two metrics use the same id."""
     declared: dict[str, tuple[str, Value]] = {}
     for metric in metrics:

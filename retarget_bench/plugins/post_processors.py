@@ -8,23 +8,14 @@ answer, sees what the method could see without privileges, and the floor; never 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
-from retarget_bench.api import (
-    BatchMethod,
-    Case,
-    CaseInfo,
-    Context,
-    Method,
-    MethodCard,
-    Prediction,
-    Source,
-    optional,
-)
-from retarget_bench.api.optional import takes_batches
+from retarget_bench.api import Case, CaseInfo, Context, Method, MethodCard, Prediction, Source
+from retarget_bench.api.completing import words
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import kind_of
@@ -55,19 +46,26 @@ class PostCard:
     parameters: Mapping[str, str] = field(default_factory=dict)
     """Parameter name -> one line that says what it does and which values it takes."""
 
+    def __post_init__(self) -> None:
+        words(self, "needs")
 
-class Post(Protocol):
+
+class Post(ABC):
     """Turns a method's answer into another one.
 
-    A post-processor may also have ``follows``, the root rule whose paths it changes: it is refused after
-    others; and ``root_rule``, that of its answers (``optional.root_rule``).
+    follows:   the root rule whose paths it changes: it is refused after others; "": any.
+    root_rule: that of its answers; "": the method's.
     """
 
     card: PostCard
+    follows: str = ""
+    root_rule: str = ""
 
+    @abstractmethod
     def supports(self, source: Character, target: Character) -> str | None:
         """None, or the reason why answers of this pair cannot be worked on, as a sentence."""
 
+    @abstractmethod
     def process(self, prediction: Prediction, source: Any, *, context: Context) -> Prediction:
         """A motion of ``prediction.character``, the target: same frames, same rate.
 
@@ -75,8 +73,11 @@ class Post(Protocol):
         card needs, and without anything privileged.
         """
 
+    def warm_up(self) -> None:  # noqa: B027
+        """As of a ``Method``."""
 
-class Composed:
+
+class Composed(Method):
     """A method whose answers go through post-processors, one after the other.
 
     It needs, accepts and was trained on what the method is; it supports what all of them support, and takes
@@ -87,42 +88,40 @@ class Composed:
         self.method = method
         self.posts = tuple(posts)
         self.card = _card(method, self.posts)
-        needing = [n for n, post in enumerate(self.posts, 1) if RECONSTRUCTION in needs(post)]
+        needing = [n for n, post in enumerate(self.posts, 1) if RECONSTRUCTION in post.card.needs]
         self._twice = self.posts[: max(needing, default=0)]
-        if takes_batches(method):
-            self.retarget_batch = partial(self._batch, method)
+        self.root_rule = self._rule(len(self.posts))
+        """That of the last post-processor that moves the path, else the method's."""
+        if method.retarget_batch is not None:
+            self.retarget_batch = partial(self._batch, method.retarget_batch)
 
     @property
     def weights_hash(self) -> str:
-        return optional.weights_hash(self.method)
+        return self.method.weights_hash
 
     @property
     def weights_label(self) -> str:
-        return optional.weights_label(self.method)
-
-    @property
-    def root_rule(self) -> str:
-        """That of the last post-processor that moves the path, else the method's."""
-        return self._rule(len(self.posts))
+        return self.method.weights_label
 
     @property
     def stages(self) -> Mapping[str, Any]:
-        return optional.stages(self.method)
+        return self.method.stages
 
     def warm_up(self) -> None:
-        for each in (self.method, *self.posts):
-            optional.warm_up(each)
+        self.method.warm_up()
+        for post in self.posts:
+            post.warm_up()
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
-        return optional.method_manifest(self.method)
+        return self.method.training_manifest
 
     def supports(self, source: Character, target: Character) -> str | None:
         pairs = [(target, self.posts)]
         if self._twice:
             post, privileged = (
                 self._twice[-1].card.name,
-                OF_TARGET & set(optional.method_card(self.method).needs),
+                OF_TARGET & set(self.method.card.needs),
             )
             if privileged:
                 return (
@@ -136,7 +135,7 @@ class Composed:
         if reason := self.method.supports(source, body):
             return reason
         for number, post in enumerate(posts):
-            before, expected = self._rule(number), getattr(post, "follows", "")
+            before, expected = self._rule(number), post.follows
             if expected not in ("", before):
                 given = f"follow {before}" if before else "come without a root rule"
                 return f"{post.card.name}: changes paths that follow {expected}; those it is given {given}"
@@ -146,8 +145,8 @@ class Composed:
 
     def _rule(self, posts: int) -> str:
         """The root rule of the answer after so many post-processors; "" where it is not known."""
-        stages = (*reversed(self.posts[:posts]), self.method)
-        return next(filter(None, map(optional.root_rule, stages)), "")
+        rules = (*(post.root_rule for post in reversed(self.posts[:posts])), self.method.root_rule)
+        return next(filter(None, rules), "")
 
     def retarget(self, source: Source, target: Character, *, context: Context) -> Prediction:
         bare = replace(context, ground=None)
@@ -161,7 +160,8 @@ class Composed:
         """The method's answer to every source on its own body, None where no post-processor needs it."""
         if not self._twice:
             return [None] * len(sources)
-        return optional.reconstructed(self.method, [each.copy() for each in sources], targets, contexts)
+        copies = [each.copy() for each in sources]
+        return self.method.reconstruct_batch(copies, targets, contexts=contexts)
 
     def _processed(
         self, answer: object, own: object, source: Source, target: Character, context: Context
@@ -177,7 +177,7 @@ class Composed:
         )
         for number, post in enumerate(self.posts, 1):
             post_context = bare
-            if reconstruction is not None and RECONSTRUCTION in needs(post):
+            if reconstruction is not None and RECONSTRUCTION in post.card.needs:
                 post_context = replace(bare, reconstruction=reconstruction.copy())
             prediction = _through(post, prediction, before, case, post_context)
             if reconstruction is not None and number < len(self._twice):
@@ -187,7 +187,7 @@ class Composed:
 
     def _batch(
         self,
-        method: BatchMethod,
+        asked: Callable[..., Sequence[Prediction]],
         sources: Sequence[Source],
         targets: Sequence[Character],
         *,
@@ -195,7 +195,7 @@ class Composed:
     ) -> list[Prediction]:
         copies = [source.copy() for source in sources]
         bare = [replace(context, ground=None) for context in contexts]
-        answers = method.retarget_batch(copies, targets, contexts=bare)
+        answers = asked(copies, targets, contexts=bare)
         own = self._reconstructed(sources, targets, bare)
         questions = zip(answers, own, sources, targets, contexts, strict=True)
         return [self._processed(*each) for each in questions]
@@ -217,19 +217,13 @@ def _verified(answer: object, case: Case, subject: str) -> Prediction:
         raise Invalid(f"{subject} {error}") from error
 
 
-def needs(post: Post) -> tuple[str, ...]:
-    """``PostCard.needs``; cards of a plug-in's own class may leave it out, or give one word."""
-    inputs = getattr(post.card, "needs", None) or ()
-    return (inputs,) if isinstance(inputs, str) else tuple(inputs)
-
-
 _NO_CASE = CaseInfo("", "retarget", "", "", "", "")
 """An answer is looked at before it is known which case it is for."""
 
 
 def _card(method: Method, posts: Sequence[Post]) -> MethodCard:
     """The method's card, with what follows it."""
-    card = optional.method_card(method)
+    card = method.card
     cards = [post.card for post in posts]
     then = ", ".join(each.name for each in cards)
     return replace(
@@ -237,7 +231,7 @@ def _card(method: Method, posts: Sequence[Post]) -> MethodCard:
         name="+".join((card.name, *(each.name for each in cards))),
         summary=f"{card.summary}; then {then}".removeprefix("; "),
         version=", ".join((str(card.version), *(f"{each.name} {each.version}" for each in cards))),
-        stochastic=bool(card.stochastic) or any(getattr(each, "stochastic", False) for each in cards),
+        stochastic=bool(card.stochastic) or any(each.stochastic for each in cards),
         default=False,
         variants=(),
     )

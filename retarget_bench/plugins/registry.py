@@ -338,26 +338,31 @@ def create(kind: Kind, spec: Spec | str) -> Any:
     Raises BenchError: unknown names and parameters with the known ones; whatever the plug-in's own code
     raises, with its origin. A BenchError of the plug-in passes as it is.
     """
+    from retarget_bench.api import Dataset, Method
+    from retarget_bench.api.completing import complete
+    from retarget_bench.api.metrics import contract_of
+    from retarget_bench.plugins.post_processors import Composed, Post
+
     spec = canonical(kind, spec)
     if spec.environment:
         raise BenchError(
             f"{spec}: methods answer in other environments in bench run alone; leave out what follows the @"
         )
     if spec.posts:
-        from retarget_bench.plugins.post_processors import Composed
-
         return Composed(create(kind, spec.alone), [create("posts", post) for post in spec.posts])
     factory = load(kind, spec.name)
     try:
         with redirect_stdout(sys.stderr):
             built = factory(**spec.parameters)
+            if not hasattr(built, "card"):
+                at = "see retarget_bench/api/ for what it needs"
+                raise BenchError(f"{find(kind, spec.name)} has no card; {at}")
+            contracts: dict[str, type] = {"methods": Method, "datasets": Dataset, "posts": Post}
+            return complete(built, contracts.get(kind) or contract_of(built))
     except BenchError:
         raise
     except Exception as error:
         raise _broken(find(kind, spec.name), f"built as {spec}", error) from error
-    if not hasattr(built, "card"):
-        raise BenchError(f"{find(kind, spec.name)} has no card; see retarget_bench/api/ for what it needs")
-    return built
 
 
 def working(kind: Kind) -> tuple[dict[str, Any], list[str]]:

@@ -35,7 +35,7 @@ def find(method: Spec, name: str) -> Ablation:
     """
     if method.posts:
         raise BenchError(f"{method}: post-processors have no part in an ablation; ablate {method.alone}")
-    offered: Mapping[str, Ablation] = getattr(bound.method(method).built, "ablations", {})
+    offered = bound.method(method).built.ablations
     if not offered:
         raise BenchError(f"{method.name} offers no ablation")
     if name not in offered:

@@ -16,7 +16,7 @@ import numpy as np
 
 import retarget_bench
 from retarget_bench import defaults
-from retarget_bench.api import CROSS, INTRA, SELF, optional
+from retarget_bench.api import CROSS, INTRA, SELF
 from retarget_bench.api.datasets import usual_split
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.role_aliases import strip_prefix
@@ -105,7 +105,7 @@ def identity(spec: Spec | str) -> tuple[str, str, str]:
     method = registry.create("methods", canonical)
     others = {name: value for name, value in canonical.parameters.items() if name != "weights"}
     label = str(Spec(canonical.name, others, canonical.posts))
-    return label, optional.method_card(method).version, optional.weights_hash(method)
+    return label, method.card.version, method.weights_hash
 
 
 def worse(spec: Spec | str) -> list[Comparison]:

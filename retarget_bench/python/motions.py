@@ -288,7 +288,7 @@ def ready(method: MethodLike) -> tuple[Spec, Any, bool]:
     its weights cannot be used."""
     spec = method_spec(method)
     built = registry.create("methods", spec)
-    return spec, built, bool(getattr(built, "weights_hash", ""))
+    return spec, built, bool(built.weights_hash)
 
 
 def predicted(

@@ -13,7 +13,6 @@ from typing import Any
 
 from retarget_bench import defaults
 from retarget_bench.api import PAIRED, TASKS
-from retarget_bench.api.optional import method_card, metric_tasks
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import clips, tasks
 from retarget_bench.evaluation.plan import Plan
@@ -80,7 +79,7 @@ def default_methods(task: str, tell: Tell) -> tuple[Spec, ...]:
     kind = {"denoise": "positions", "joint-completion": "positions", "points": "points"}.get(task, "motion")
     specs = []
     for name, each in _working("methods", tell).items():
-        card = method_card(each)
+        card = each.card
         if card.default and task in card.tasks and kind in card.accepts:
             try:
                 asset_hashes(each)
@@ -102,7 +101,7 @@ def default_metrics(task: str, tell: Tell) -> tuple[str, ...]:
         working, key=lambda each: registry.find("metrics", each).origin != registry.BUILT_IN
     ):
         each = working[name]
-        tasks = metric_tasks(each)
+        tasks = each.card.tasks
         takes_part = TASKS[0] in tasks or task in tasks if task in PAIRED else task in tasks
         if not takes_part and (task in PAIRED or name not in defaults.TASK_METRICS):
             continue

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 
-from retarget_bench.api import CaseInfo, Dataset, optional
+from retarget_bench.api import CaseInfo, Dataset
 from retarget_bench.errors import FileError
 from retarget_bench.files import digest, write_csv
 from retarget_bench.motion.character import Character
@@ -55,9 +55,9 @@ def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
         facts.append((HEIGHT, name, "", f"{bodies[name].height:.12g}"))
         facts += [(PART, name, joint, part) for joint, part in parts(bodies[name]).items()]
     for info in sorted(infos, key=lambda info: info.id):
-        if (unseen := optional.unseen(data, info)) is not None:
+        if (unseen := data.unseen(info)) is not None:
             facts.append((UNSEEN, info.id, "", "+".join(sorted(unseen))))
-        numbers = sorted(optional.conditions(data, info).items())
+        numbers = sorted(data.conditions(info).items())
         facts += [(CONDITION, info.id, name, f"{number:.9g}") for name, number in numbers]
     write_facts(paths, facts)
 

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import torch
 
-from retarget_bench.api import Dataset, optional
+from retarget_bench.api import Dataset
 from retarget_bench.errors import BenchError
 from retarget_bench.training import log, parallel
-from retarget_bench.training.clips import Cast
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.joint_datasets import JointDataset
 from retarget_bench.training.record import Record, Run
@@ -74,11 +73,11 @@ def manifest(data: Dataset, training_data: TrainingData) -> dict[str, list[str]]
 def _manifest(data: Dataset, names: Mapping[str, str], training_data: TrainingData) -> dict[str, list[str]]:
     """The same of one data set. names: what it calls its characters -> what the training data call them."""
     included = {own: name for own, name in names.items() if name in training_data.clips}
-    manifest = optional.data_manifest(data)
+    manifest = data.training_manifest()
     if not manifest:
         structures = {training_data.characters[name].structure for name in included.values()}
         return {"characters": sorted(included), "structures": sorted(structures)}
-    offered: Cast = data.training()  # type: ignore[attr-defined]
+    offered = data.training()
     out = {name for cast in offered.values() for name in cast} - set(included)
     out |= {structure for structure, cast in offered.items() if out.issuperset(cast)}
     listed = {clip for cast in offered.values() for clips in cast.values() for clip in clips.names}

@@ -3,23 +3,22 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from retarget_bench.api import Dataset, TrainingClips, optional
+from retarget_bench.api import Dataset
+from retarget_bench.api.datasets import Cast
 from retarget_bench.errors import NotSupported
 from retarget_bench.parallel import carried_out
 from retarget_bench.plugins.registry import files as plugin_files
 
-Cast = Mapping[str, Mapping[str, TrainingClips]]
-"""Structure -> character -> its clips."""
 Progress = Callable[[int, int], None]
 """Called with the number of characters done and their total."""
 
 
 def training_clips(data: Dataset) -> Cast:
     """The training clips of a data set. Raises NotSupported where that is nothing."""
-    clips = optional.training(data)
+    clips = data.training()
     usable = {structure: characters for structure, characters in clips.items() if characters}
     if not usable:
-        why = "; ".join(optional.training_notes(data)) or "see TrainingDataset in retarget_bench/api"
+        why = "; ".join(data.training_notes) or "see Dataset in retarget_bench/api"
         raise NotSupported(f"{data.label.strip()} has no training motion; {why}")
     return usable
 

@@ -1,4 +1,4 @@
-"""Protocols of trainable methods and of their training modules; structural, like those of ``api``.
+"""Contracts of trainable methods and of their training modules.
 
 The loop belongs to the engine (``loop.py``): it draws batches, runs the phases of a training module in
 their order, steps the optimisers, validates with the benchmark's own metrics, keeps checkpoints and the
@@ -7,14 +7,15 @@ to step (statistics, replay buffers, running scores), all of it in modules' para
 a checkpoint is whole.
 """
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 import numpy as np
 from torch import Tensor, nn
 
-from retarget_bench.api import Method, MethodCard
+from retarget_bench.api import Method
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training.config import TrainingConfig
@@ -76,34 +77,29 @@ class TrainingModule(Protocol):
         """Take over exported tensors (``bench train --init``). Raises BenchError where they do not fit."""
 
 
-@runtime_checkable
-class LearnsFromPairs(Protocol):
-    """A trainable method whose clips come from ``training_pairs()``: clips of one name, by different
-    characters, are the same performance frame by frame. ``from_pairs`` is true."""
-
-    from_pairs: bool
-
-
-class Trainable(Method, Protocol):
+class Trainable(Method):
     """A method that ``bench train`` can train.
 
     presets: ``default`` at least; built-in methods also have ``paper``. ``gpu`` and ``quick`` are made of
     the default one (``config.presets``) where a method has none of its own.
     """
 
-    card: MethodCard
     presets: Mapping[str, TrainingConfig]
 
+    @abstractmethod
     def unfit(self, character: Character) -> str:
         """Reason why a character cannot be trained on, as a sentence; "" where it can."""
 
+    @abstractmethod
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         """A training clip at the recipe's rate as arrays ``(frames, ...)`` float32, run in a worker."""
 
+    @abstractmethod
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> TrainingModule:
         """A new training module; random numbers come from torch's generator, which the loop has seeded.
 
         Raises NotSupported where the material is not enough (no two characters, a missing structure)."""
 
+    @abstractmethod
     def facts(self) -> Mapping[str, str | int | float | bool]:
         """The parameters that weights depend on: another value needs other weights."""

@@ -12,7 +12,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from retarget_bench.api import Dataset, TrainingClips, optional
+from retarget_bench.api import Dataset, TrainingClips
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.files import cache_folder, slug
 from retarget_bench.motion.bvh.catalogue import some
@@ -228,7 +228,7 @@ def gather(
         why = f": {next(iter(unfit.values()))}" if unfit else ""
         raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
     notes = _unfit(unfit)
-    notes += optional.training_notes(dataset(data))
+    notes += dataset(data).training_notes
     for name, (_, number, _) in results.items():
         if number:
             clips = f"{number} clip{'s' * (number > 1)}"

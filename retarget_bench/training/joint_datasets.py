@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 
-from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, DatasetCard, TrainingClips, optional
+from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, DatasetCard, TrainingClips
+from retarget_bench.api.completing import complete
+from retarget_bench.api.datasets import Cast
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.tasks import RETARGET
 from retarget_bench.files import free_name
@@ -83,7 +85,7 @@ class Member:
     names: Mapping[str, str]
 
 
-class JointDataset:
+class JointDataset(Dataset):
     """Several data sets as one: training motion, validation, cases.
 
     Structures of one name are one. A character whose name an earlier data set has too is called
@@ -91,8 +93,8 @@ class JointDataset:
     """
 
     def __init__(self, datasets: Sequence[Dataset]) -> None:
-        self._datasets = tuple(datasets)
-        cards = [data.card for data in datasets]
+        self._datasets = tuple(complete(each, Dataset) for each in datasets)
+        cards = [data.card for data in self._datasets]
         splits = {name: meaning for card in cards for name, meaning in card.splits.items()}
         self.card = DatasetCard(
             name="+".join(card.name for card in cards),
@@ -140,7 +142,7 @@ class JointDataset:
         return replace(data.load(own), info=here)
 
     # ------------------------------------------------------------------------------- to train on
-    def training(self) -> Mapping[str, Mapping[str, TrainingClips]]:
+    def training(self) -> Cast:
         """Structure -> character -> its clips. Raises NotSupported where a data set has none."""
         cast: dict[str, dict[str, TrainingClips]] = {}
         for member in self.members:
@@ -152,18 +154,14 @@ class JointDataset:
 
     def validation(self) -> JointDataset | None:
         """The cases of those that have a validation part; None where none has."""
-        parts = [part for data in self._datasets if (part := optional.validation(data)) is not None]
+        parts = [part for data in self._datasets if (part := data.validation()) is not None]
         return JointDataset(parts) if parts else None
 
     @property
     def training_notes(self) -> Sequence[str]:
         """Sentences on what training leaves out, and on data sets without validation beside others."""
-        notes = [
-            f"{data.label.strip()}: {note}"
-            for data in self._datasets
-            for note in optional.training_notes(data)
-        ]
-        unparted = [data.label.strip() for data in self._datasets if optional.validation(data) is None]
+        notes = [f"{data.label.strip()}: {note}" for data in self._datasets for note in data.training_notes]
+        unparted = [data.label.strip() for data in self._datasets if data.validation() is None]
         if 0 < len(unparted) < len(self._datasets):
             notes.append(f"no part of {' and of '.join(unparted)} validates: other data chose the weights")
         return tuple(notes)
@@ -183,7 +181,7 @@ class JointDataset:
 
 def _names(data: Dataset) -> list[str]:
     """Names of all characters that a data set tests and trains on."""
-    moving = optional.training(data)
+    moving = data.training()
     return sorted({*data.characters(), *(name for characters in moving.values() for name in characters)})
 
 

@@ -16,7 +16,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from retarget_bench.api import Ablation, Context, MethodCard
+from retarget_bench.api import Ablation, Context, Method, MethodCard
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
@@ -52,7 +52,7 @@ class WeightsConfig:
     """a path to weights, as of a folder of bench train"""
 
 
-class LearnedMethod:
+class LearnedMethod(Method):
     """A method with weights.
 
     Config: a frozen dataclass of the parameters; a docstring under each field says what it is, in
@@ -165,7 +165,7 @@ class LearnedMethod:
         module = getattr(sys.modules.get(cls.__module__), "__file__", None)
         return Path(module).parent if module else None
 
-    @property
+    @cached_property
     def ablations(self) -> Mapping[str, Ablation]:
         """Those in ``ablations.toml`` beside the method's module."""
         folder = self._folder()
@@ -183,11 +183,10 @@ class LearnedMethod:
         """Load the weights and all that is made of them once (``cached_property``), where there are any."""
         if self.untrained:
             return
-        for kind in type(self).__mro__:
-            for name, each in vars(kind).items():
-                if isinstance(each, cached_property):
-                    with suppress(BenchError):  # to be told where an answer needs it
-                        getattr(self, name)
+        for name in dir(self):
+            if isinstance(inspect.getattr_static(type(self), name, None), cached_property):
+                with suppress(BenchError):  # to be told where an answer needs it
+                    getattr(self, name)
 
     # --------------------------------------------------------------------------------- retargeting
     def unfit(self, character: Character) -> str:  # noqa: ARG002

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import Any
 
-from retarget_bench.api import optional
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.parallel import carried_out
@@ -25,7 +24,7 @@ def gather_pairs(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Pro
     parts = split_spec(data)
     payloads: list[dict[str, Any]] = []
     for number, part in enumerate(parts):
-        pairs = optional.training_pairs(dataset(part))
+        pairs = dataset(part).training_pairs()
         groups = range(0, len(pairs), pairs.together) if pairs is not None else range(0)
         common = {
             "dataset": part,
@@ -62,7 +61,7 @@ def performances(job: Mapping[str, Any]) -> tuple[StoredClips, dict[str, Charact
     """Some performances as arrays in a file, and their characters: a worker's job."""
     registry.know_files(job["plugins"])
     method: Any = bound.method(job["method"]).built
-    pairs = optional.training_pairs(dataset(job["dataset"]))
+    pairs = dataset(job["dataset"]).training_pairs()
     assert pairs is not None
     suffix = f"-{job['part'] + 1}" if job["part"] else ""
     clips: dict[tuple[str, str], ClipArrays] = {}

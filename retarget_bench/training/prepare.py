@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from retarget_bench.api import optional
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.parallel import carried_out
 from retarget_bench.plugins import bound, registry
@@ -21,8 +20,8 @@ def prepare(data: Spec, jobs: int, unusable: list[str]) -> Iterator[tuple[int, i
     command that was interrupted goes on. Raises NotSupported where something cannot be made.
     """
     built = bound.dataset(data).built
-    names = [name for characters in optional.training(built).values() for name in characters]
-    pairs = optional.training_pairs(built)
+    names = [name for characters in built.training().values() for name in characters]
+    pairs = built.training_pairs()
     groups = range(0, len(pairs), pairs.together) if pairs is not None else range(0)
     common = {"dataset": data, "plugins": registry.files()}
     payloads: list[dict[str, Any]] = [{**common, "character": name} for name in names]
@@ -45,14 +44,14 @@ def make(job: Mapping[str, Any]) -> list[str]:
     registry.know_files(job["plugins"])
     data = bound.dataset(job["dataset"]).built
     if "pairs" in job:
-        pairs = optional.training_pairs(data)
+        pairs = data.training_pairs()
         for index in job["pairs"]:
             assert pairs is not None
             pairs[index]
         return []
     (clips,) = (
         characters[job["character"]]
-        for characters in optional.training(data).values()
+        for characters in data.training().values()
         if job["character"] in characters
     )
     unusable = []

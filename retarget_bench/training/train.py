@@ -10,7 +10,8 @@ from typing import Any, Protocol
 
 import torch
 
-from retarget_bench.api import optional
+from retarget_bench.api import Dataset
+from retarget_bench.api.completing import complete
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.header_builder import versions
 from retarget_bench.plugins import bound, registry
@@ -18,7 +19,6 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import joint_datasets, log, parallel, run_folder, weights
 from retarget_bench.training.card import OTHER_DATA, UNKNOWN, UNWATCHED, card, completed
 from retarget_bench.training.config import Augmentation, Budget, TrainingConfig, presets
-from retarget_bench.training.contract import LearnsFromPairs
 from retarget_bench.training.data import TrainingData, gather
 from retarget_bench.training.loop import LEAST, Loop, TrainingStatus
 from retarget_bench.training.pair_data import gather_pairs
@@ -104,7 +104,7 @@ def _train(
     training_data = parallel.in_turn(
         lambda: (
             gather_pairs(data_spec, spec, config.fps, options.jobs, gathering)
-            if isinstance(bound.method(spec).built, LearnsFromPairs)
+            if bound.method(spec).built.from_pairs
             else gather(data_spec, spec, config.fps, options.jobs, gathering, config.augmentation)
         )
     )
@@ -169,7 +169,8 @@ def _validator(
     if parallel.rank() > 0:
         return None
     why = "the data set has no validation part"
-    if (aside := optional.validation(data)) is not None:
+    if (aside := data.validation()) is not None:
+        aside = complete(aside, Dataset)
         if validator := Validator(aside, module.method(), cases, device, reporter.loading):
             every = len(validator)
             if limit:
@@ -328,7 +329,7 @@ def _command(run: Run) -> str:
 
 def _augmentation(method: Spec, built: Any, config: TrainingConfig) -> Augmentation:
     """Raises BenchError where there are no windows of single motions that could be changed."""
-    if isinstance(built, LearnsFromPairs):
+    if built.from_pairs:
         raise BenchError(f"{method.name} learns from pairs, and --augment makes no pair of a pair")
     if config.window == 1:
         raise BenchError(f"{method.name} learns from single frames, and --augment changes windows")

@@ -13,6 +13,7 @@ from torch import nn
 
 from retarget_bench import defaults
 from retarget_bench.api import Case, CaseInfo, Context, Dataset, Method
+from retarget_bench.api.completing import complete
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import predict, score
 from retarget_bench.evaluation.batches import batches
@@ -45,6 +46,7 @@ class Validator:
         progress: called with the number of cases loaded and their total.
         """
         name, self.values = defaults.VALIDATION
+        method = complete(method, Method)
         self.problem, self.seconds = "", 0.0
         self._metrics = bound.metrics((name,)).of_cases
         self._data, self._device = data, device
@@ -114,7 +116,7 @@ class Validator:
         return error(scores) if complete else math.inf
 
     def _rows(self, method: Method, chosen: Sequence[Case]) -> list[Mapping[str, Any]]:
-        rows: list[Mapping[str, Any]] = []
+        method, rows = complete(method, Method), list[Mapping[str, Any]]()
         by_id = {case.info.id: case for case in chosen}
         for batch in batches([case.info for case in chosen], self._cast):
             cases = [by_id[each] for each in batch]

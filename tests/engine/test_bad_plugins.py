@@ -15,6 +15,7 @@ import pytest
 from small_plans import asked, carry_out
 
 from retarget_bench.analysis import summary
+from retarget_bench.api.completing import original
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import attempt, cases, runner, score, set_metrics
 from retarget_bench.evaluation.executors import local
@@ -142,7 +143,7 @@ def test_what_is_late_three_times_in_a_row_is_asked_no_more(tmp_path, monkeypatc
         times.append(time.monotonic())
         time.sleep(LONG)
 
-    monkeypatch.setattr(type(bound.metrics(("sway",)).of_cases[0]), "compute", hang)
+    monkeypatch.setattr(type(original(bound.metrics(("sway",)).of_cases[0])), "compute", hang)
     (result,) = carry_out(tmp_path, "toy_method", metrics=("sway", "position"))
     assert len(times) == 3
     faults = [entry.faults["sway"] for entry in result.entries]
@@ -187,7 +188,7 @@ def test_what_a_metric_of_sets_does_wrong_costs_its_values_alone(tmp_path, witho
 def test_tables_tell_which_metric_failed_and_why(tmp_path):
     """A column, its cells, a note; another column ranks as ever."""
     root = tmp_path / "all"
-    sway = type(bound.metrics(("sway",)).of_cases[0])
+    sway = type(original(bound.metrics(("sway",)).of_cases[0]))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sway, "compute", lambda self, comparison: [])
         places = runner.run(asked(root, *METHODS, metrics=("position", "sway")), lambda done, total: None)
@@ -205,7 +206,7 @@ def test_tables_tell_which_metric_failed_and_why(tmp_path):
 def test_a_cell_without_a_number_names_the_metric_that_failed(tmp_path):
     places = runner.run(asked(tmp_path, *METHODS, metrics=("position", "sway")), lambda done, total: None)
     (bad,) = (each for each in places if "toy" in each.method)
-    sway = type(bound.metrics(("sway",)).of_cases[0])
+    sway = type(original(bound.metrics(("sway",)).of_cases[0]))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sway, "compute", lambda self, comparison: {"sway": "much"})
         plan = asked(tmp_path, "toy_method", metrics=("position", "sway"), overwrite="always")

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from gates import FOLDER, measured, metrics, quiet
 
-from retarget_bench.api import CaseFeatures, MetricCard, Value
+from retarget_bench.api import CaseFeatures, MetricCard, SetMetric, Value
 from retarget_bench.api.comparison import Comparison
+from retarget_bench.api.completing import complete
 from retarget_bench.errors import NotSupported
 from retarget_bench.plugins import registry
 from retarget_bench.verification.gate import compare, frozen, golden, method_rows, report, run
@@ -187,7 +188,8 @@ class Width:
 
 def test_metrics_of_sets_are_guarded_by_clouds_and_by_features_of_frozen_motions(golden_facts):
     metric = Width()
-    before = measured(golden_facts, [metric])
+    completed = [complete(metric, SetMetric)]
+    before = measured(golden_facts, completed)
     clouds = [float(before.facts[f"clouds/{way}/width"]) for way in ("one way", "the other")]
     assert clouds[0] == -clouds[1] != 0
     assert {"width.features@generated", "width.features@real"} <= row(before, "motion/stairs/sunk").keys()
@@ -196,7 +198,7 @@ def test_metrics_of_sets_are_guarded_by_clouds_and_by_features_of_frozen_motions
     def moved():
         return {
             (x.status, x.value or x.subject)
-            for x in compare.compare(before, measured(golden_facts, [metric])).changes
+            for x in compare.compare(before, measured(golden_facts, completed)).changes
         }
 
     assert moved() == set()

@@ -10,8 +10,8 @@ import pytest
 from small_plans import asked, carry_out
 
 from retarget_bench.analysis import summary
-from retarget_bench.api import Context, MethodCard
-from retarget_bench.api.optional import takes_batches
+from retarget_bench.api import Context, Method, MethodCard
+from retarget_bench.api.completing import complete
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan as plans
 from retarget_bench.plugins import registry
@@ -62,8 +62,8 @@ def test_batches_stay_batches(tmp_path):
     offs = {case: root - roots(lifted)[case] for case, root in roots(plain).items()}
     assert all(off == pytest.approx(np.tile([0, -0.5, 0], (12, 1)), abs=1e-6) for off in offs.values())
     built = registry.create("methods", "toy_batches+toy_post")
-    assert takes_batches(built)
-    assert not takes_batches(registry.create("methods", "toy_method+toy_post"))
+    assert built.retarget_batch is not None
+    assert registry.create("methods", "toy_method+toy_post").retarget_batch is None
 
 
 @pytest.mark.parametrize("method", ["reference", "toy_method[does=peek]", "toy_method"])
@@ -109,7 +109,7 @@ def test_what_learned_methods_say_of_themselves_is_passed_on():
         weights_hash, weights_label = "abc", "local-abc"
         training_manifest = MappingProxyType({"characters": ["tall"]})
 
-    built = Composed(Taught(), [registry.create("posts", "toy_post")])
+    built = Composed(complete(Taught(), Method), [registry.create("posts", "toy_post")])
     assert (built.weights_hash, built.weights_label) == ("abc", "local-abc")
     assert built.training_manifest == {"characters": ["tall"]}
     assert built.card.accepts == ("motion", "positions")

@@ -11,7 +11,6 @@ import pytest
 import stored
 
 from retarget_bench.analysis.selection import Selection
-from retarget_bench.api import optional
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -260,7 +259,7 @@ def test_labels_say_every_setting_that_differs_from_the_paper_and_that_the_label
 @pytest.mark.parametrize("name", ["humot", "nkn", "nkn_cross", "r2et", "same", "smrm"])
 def test_what_a_published_set_changes_is_what_the_label_says(name: str) -> None:
     """A parameter that is added to one has to be added to the other."""
-    card = optional.method_card(registry.create("methods", name))
+    card = registry.create("methods", name).card
     assert {each for change in card.published for each in change} == set(card.differs)
 
 
@@ -279,7 +278,7 @@ def test_what_pan_does_in_its_own_way_is_what_the_label_says() -> None:
 def test_what_a_card_calls_published_are_parameters_of_the_method() -> None:
     """Each set builds, and is another variant than the default."""
     for name, method in registry.working("methods")[0].items():
-        card = optional.method_card(method)
+        card = method.card
         for each in card.published:
             spec = registry.canonical("methods", Spec(name, each))
             assert dict(spec.parameters) == dict(each), name

@@ -7,7 +7,6 @@ import pytest
 import torch
 from torch import Tensor
 
-from retarget_bench.api import optional
 from retarget_bench.methods.paired import Paired, augmentation, pose
 from retarget_bench.methods.paired.features import BODY22, RoleBody
 from retarget_bench.methods.paired.inference import retargeted
@@ -30,7 +29,7 @@ Row = dict[str, dict[str, Tensor]]
 @pytest.fixture(scope="module")
 def material() -> TrainingData:
     """Three performances, each by all bodies that are able to do it."""
-    pairs = optional.training_pairs(bound.dataset(PUPPETS).built)
+    pairs = bound.dataset(PUPPETS).built.training_pairs()
     assert pairs is not None
     clips: dict[str, list[ClipArrays]] = {}
     characters: dict[str, Character] = {}

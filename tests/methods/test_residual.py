@@ -9,14 +9,14 @@ import pan_material
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
-from retarget_bench.api import Context, MethodCard
+from retarget_bench.api import Context, Method, MethodCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion import root_rules, rotation, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.post_processors import Composed
+from retarget_bench.plugins.post_processors import Composed, Post
 from retarget_bench.plugins.prediction_check import Invalid
 from tests.methods.method_bodies import about, body, dance, without
 
@@ -25,7 +25,7 @@ ODD = body("odd", thigh=0.6, shin=0.3, hip=0.2, arm=0.35, shoulder=0.3)
 OTHER = body("other", thigh=0.55, arm=0.33, spines=5)
 
 
-class Lossy:
+class Lossy(Method):
     """Copies rotations, then turns joints: all by a random walk that is the same on every body, and on
     bodies other than the source the left elbow by ``changes`` degrees, a number for every frame."""
 
@@ -239,7 +239,7 @@ def test_a_pair_of_which_the_method_does_not_know_the_source_as_a_target_is_unsu
 
 
 def test_what_a_post_processor_does_to_its_reconstruction_is_its_own_affair():
-    class Spoils:
+    class Spoils(Post):
         card = replace(registry.create("posts", "residual").card, name="spoils", needs="reconstruction")
 
         def supports(self, source, target):
@@ -299,7 +299,7 @@ def test_a_reconstruction_goes_through_what_stands_before():
     """``a+fit+residual``: both answers are fitted."""
     calls = []
 
-    class Recorder:
+    class Recorder(Post):
         card = replace(registry.create("posts", "residual").card, name="look", accepts=("motion",))
 
         def supports(self, source, target):

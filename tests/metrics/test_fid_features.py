@@ -10,7 +10,9 @@ import torch
 from click.testing import CliRunner
 from metric_cases import character, sides
 
+from retarget_bench.api import Dataset
 from retarget_bench.api.comparison import structure_joints
+from retarget_bench.api.completing import complete
 from retarget_bench.commands.train import command
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.metrics.fid_structure import SHIPPED
@@ -255,13 +257,13 @@ def test_a_structure_that_is_held_out_borrows_motion_at_the_same_places(puppets)
 
 def test_without_training_motion_there_is_no_network(puppets):
     class Bare:
-        label = "bare"
+        card, label = puppets.card, "bare"
 
         def characters(self):
             return puppets.characters()
 
     with pytest.raises(NotSupported, match="bare has no training motion"):
-        data.sources(Bare())
+        data.sources(complete(Bare(), Dataset))
     with pytest.raises(NotSupported, match="has no structure 'body99'"):
         data.sources(puppets, ["body99"])
 

@@ -13,7 +13,6 @@ import torch
 from click.testing import CliRunner
 
 from retarget_bench import cli
-from retarget_bench.api import optional
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
@@ -70,7 +69,7 @@ def test_without_weights_it_can_be_built_and_says_what_is_missing(shifter):
     )
     with pytest.raises(BenchError, match="has no shipped weights of the name 'walks'"):
         _ = method.tensors
-    assert optional.method_manifest(method) is None
+    assert method.training_manifest is None
 
 
 def test_shipped_weights_are_those_beside_the_method(shifter):

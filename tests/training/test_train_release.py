@@ -11,7 +11,6 @@ import pytest
 import torch
 from click.testing import CliRunner
 
-from retarget_bench.api import optional
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
@@ -123,5 +122,5 @@ def test_every_method_with_shipped_weights_is_trained() -> None:
 def test_stages_are_trained_before_what_learns_with_them() -> None:
     order = [Spec.parse(each.method).name for each in release.TRAININGS]
     for place, each in enumerate(release.TRAININGS):
-        for stage in optional.stages(bound.method(Spec.parse(each.method)).built).values():
+        for stage in bound.method(Spec.parse(each.method)).built.stages.values():
             assert stage.card.name in order[:place]

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from retarget_bench.api import Dataset, DatasetCard
+from retarget_bench.api.completing import complete
 from retarget_bench.errors import NotSupported
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -72,6 +74,7 @@ def test_clips_that_cannot_be_had_stop_it_with_the_character():
 
 def test_a_data_set_without_training_motion_says_so():
     class Bare:
+        card = DatasetCard("bare", "", "", "", "")
         label = " bare "
 
     class Empty(Bare):
@@ -79,8 +82,8 @@ def test_a_data_set_without_training_motion_says_so():
             return {"body22": {}}
 
     for data in (Bare(), Empty()):
-        with pytest.raises(NotSupported, match=r"^bare has no training motion; see TrainingDataset"):
-            training_clips(data)
+        with pytest.raises(NotSupported, match=r"^bare has no training motion; see Dataset"):
+            training_clips(complete(data, Dataset))
 
 
 def test_progress_is_told(tmp_path):

@@ -28,7 +28,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction, optional
+from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
 from retarget_bench.api.datasets import Cast
 from retarget_bench.errors import BenchError, NotSupported, one_line
 from retarget_bench.evaluation.predict import LazyClips, predict, predict_all
@@ -70,10 +70,10 @@ def _ready(start: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
         registry.know_files(start["plugins"])
         method = registry.create("methods", Spec.parse(start["method"]))
         os.chdir(start["folder"])  # what a method writes or deletes by relative paths is its own
-        optional.warm_up(method)
+        method.warm_up()
         gc.freeze()  # memory that nobody writes to stays shared with the processes that answer
         # fitting to training motion takes long, and is to be done once
-        forks = apart.possible() and "training" not in optional.method_card(method).uses
+        forks = apart.possible() and "training" not in method.card.uses
         if not forks:
             end_with(channel.reading)
         channel.send({"ready": True, "forks": forks})

@@ -4,11 +4,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
-from typing import cast
 
 import numpy as np
 
-from retarget_bench.api import CaseFeatures, CaseInfo, OwnSets, RealDataset, Sample, SetMetric
+from retarget_bench.api import CaseFeatures, CaseInfo, Sample, SetMetric
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.attempt import attempt, sentence
 from retarget_bench.evaluation.cases import LISTING, loaded
@@ -91,8 +90,7 @@ def _values(
     features = {case: each.features for case, each in members.items() if each.features}
     bare = SetValue("", structure, 0, 0, network=members[min(members)].network)
     if all(len(each.real) == len(each.generated) for each in features.values()):
-        stretches = metric.stretches if isinstance(metric, OwnSets) else None
-        return _drawn(metric, bare, draw(features, infos, stretches))
+        return _drawn(metric, bare, draw(features, infos, metric.stretches))
     # cases without references: their answers against other real motion, also of the same kind alone
     real, real_infos = real_set(data, plan.metrics, name, plan.task, structure)
     values = []
@@ -121,7 +119,9 @@ def real_set(
     (metric,) = (each for each in bound.metrics(metrics).of_sets if each.card.name == name)
     source = bound.dataset(data).built
     called = f"data set {source.card.name}, real"
-    listing = attempt(lambda: cast(RealDataset, source).real(task, structure), LISTING, called)
+    real = source.real
+    assert real is not None
+    listing = attempt(lambda: real(task, structure), LISTING, called)
     infos = {info.id: info for info in listing}
     features = {}
     for each, info in infos.items():

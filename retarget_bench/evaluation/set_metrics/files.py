@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseFeatures, Comparison, OwnSets, Prediction, SetMetric
+from retarget_bench.api import Case, CaseFeatures, Comparison, Prediction, SetMetric
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation import waiting
 from retarget_bench.evaluation.score import Before, Faults, ask_metric, compared, fault_of, nothing
@@ -70,7 +70,7 @@ def failed(metric: str, fault: str) -> str:
 def _member(metric: SetMetric, comparison: Comparison, elsewhere: bool) -> SetMember | None:
     """Raises BenchError where the metric breaks its contract."""
     case, network = comparison.case, ""
-    belongs = metric.set_of(case) if isinstance(metric, OwnSets) else case.target.structure
+    belongs = metric.set_of(case)
     if not belongs:
         return None
     paired = case.reference is not None

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from retarget_bench.api import SELF, TASKS, Case, CaseInfo, Dataset, Unreadable, optional
+from retarget_bench.api import SELF, TASKS, Case, CaseInfo, Dataset, Unreadable
 from retarget_bench.api.datasets import Cast, usual_splits
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS, Level, TaskQuestion
@@ -19,7 +19,7 @@ SPLIT = SELF
 """Source and target are the same body, so all cases are of this split."""
 
 
-class TaskDataset:
+class TaskDataset(Dataset):
     """A data set of a task, out of one that knows nothing of tasks: the same bodies and training part.
 
     splits: None: those of the data set.
@@ -46,17 +46,17 @@ class TaskDataset:
 
     @property
     def unreadable(self) -> Unreadable | None:
-        return optional.unreadable(self._data)
+        return self._data.unreadable
 
     def characters(self) -> Mapping[str, Character]:
         return self._data.characters()
 
     def training(self) -> Cast:
         """The training part of the data set."""
-        return optional.training(self._data)
+        return self._data.training()
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
-        return optional.data_manifest(self._data)
+        return self._data.training_manifest()
 
 
 class Derived(TaskDataset):
@@ -87,7 +87,7 @@ class Derived(TaskDataset):
 
     def unseen(self, info: CaseInfo) -> Collection[str] | None:
         """That of the case that it is made of."""
-        return optional.unseen(self._data, self._listed[info.id][0])
+        return self._data.unseen(self._listed[info.id][0])
 
     def load(self, info: CaseInfo) -> Case:
         """Raises BenchError for a case that is none of this task."""

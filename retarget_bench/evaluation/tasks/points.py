@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from retarget_bench.api import TASKS, Case, CaseInfo, Dataset, optional
+from retarget_bench.api import TASKS, Case, CaseInfo, Dataset
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.tasks.derived import TaskDataset
 from retarget_bench.motion.motion import Motion, PointSets
@@ -42,7 +42,7 @@ class PointsTask(TaskDataset):
 
     def unseen(self, info: CaseInfo) -> Collection[str] | None:
         """That of the data set's case."""
-        return optional.unseen(self._data, replace(info, task=TASKS[0]))
+        return self._data.unseen(replace(info, task=TASKS[0]))
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
         """Raises NotSupported for another task or split."""

@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.api.datasets import usual_split, usual_splits
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
@@ -36,7 +36,7 @@ BONES = (
 )
 
 
-class MyDataset:
+class MyDataset(Dataset):
     """Two figures of one structure, and two bows that both perform.
 
     Where the motions are files, read them with ``retarget_bench.motion.importer.load`` in ``load``: a data

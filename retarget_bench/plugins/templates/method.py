@@ -1,13 +1,13 @@
 """One line that says what the method does; bench list shows it."""
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
 
-class MyMethod:
+class MyMethod(Method):
     """Copies the pose, and lets the character take longer or shorter steps."""
 
     card = MethodCard(

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import Metric, MetricCard, Value
 from retarget_bench.api.comparison import Comparison
 
 
-class MyMetric:
+class MyMetric(Metric):
     """Height of the head, compared with the reference."""
 
     card = MetricCard(

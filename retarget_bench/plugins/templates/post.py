@@ -5,10 +5,10 @@ import numpy as np
 from retarget_bench.api import Context, Prediction
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.plugins.post_processors import PostCard
+from retarget_bench.plugins.post_processors import Post, PostCard
 
 
-class MyPost:
+class MyPost(Post):
     """Smooths the root's path over a few frames."""
 
     card = PostCard(

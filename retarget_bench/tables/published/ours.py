@@ -8,7 +8,6 @@ import numpy as np
 from retarget_bench import defaults
 from retarget_bench.analysis.ranking import common_cases, never_ranked
 from retarget_bench.analysis.summary import means_over_clips
-from retarget_bench.api import optional
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -69,7 +68,7 @@ def variant(method: MethodInfo) -> str:
     """
     parameters = {name: value for name, value in method.parameters.items() if name != "weights"}
     try:
-        card = optional.method_card(registry.create("methods", Spec(method.name, parameters)))
+        card = registry.create("methods", Spec(method.name, parameters)).card
     except BenchError:
         return ""
     words = ", ".join(sentence for name, sentence in card.differs.items() if name not in parameters)

@@ -17,13 +17,14 @@ import numpy as np
 
 from retarget_bench.api import TWO_LEGS, Dataset, TrainingClips
 from retarget_bench.api.comparison import structure_joints
+from retarget_bench.api.datasets import Cast
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import ESSENTIAL
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training.clips import Cast, Progress, by_character, training_clips
+from retarget_bench.training.clips import Progress, by_character, training_clips
 from retarget_bench.training.features import network, windows
 
 NEAR = 0.06

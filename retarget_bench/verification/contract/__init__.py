@@ -8,8 +8,7 @@
 from collections.abc import Iterator
 
 from retarget_bench import defaults
-from retarget_bench.api import Dataset
-from retarget_bench.api.optional import is_pair_metric, is_set_metric
+from retarget_bench.api import Dataset, PairMetric, SetMetric
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import Check
@@ -34,10 +33,10 @@ def check(kind: registry.Kind, spec: Spec | str, data: Spec | str = defaults.DAT
         yield from MethodTrial(spec, cases)
     elif kind == "posts":
         yield from PostTrial(spec, cases)
-    elif is_set_metric(metric := registry.create("metrics", spec)):
+    elif isinstance(metric := registry.create("metrics", spec), SetMetric):
         yield from SetMetricTrial(spec, cases)
     else:
-        yield from (PairMetricTrial if is_pair_metric(metric) else MetricTrial)(spec, cases)
+        yield from (PairMetricTrial if isinstance(metric, PairMetric) else MetricTrial)(spec, cases)
 
 
 def assert_contract(kind: registry.Kind, spec: Spec | str, data: Spec | str = defaults.DATASET) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, RealDataset
+from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset
 from retarget_bench.api.datasets import usual_split
 from retarget_bench.files import slug
 from retarget_bench.motion.motion import Motion
@@ -85,8 +85,8 @@ class DatasetTrial(Trial[Dataset]):
 
     @demand("real motion, where it is offered, is of the structure asked for")
     def real(self) -> Problems:
-        data: object = self.plugin
-        if not isinstance(data, RealDataset):
+        data = self.plugin
+        if data.real is None:
             return
         for structure in {body.structure for body in self.plugin.characters().values()}:
             infos = data.real("retarget", structure)

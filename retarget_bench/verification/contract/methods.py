@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 
 from retarget_bench import defaults
-from retarget_bench.api import TASKS, BatchMethod, Case, Context, Dataset, Method, Prediction, Source
-from retarget_bench.api.optional import method_card, takes_batches
+from retarget_bench.api import TASKS, Case, Context, Dataset, Method, Prediction, Source
 from retarget_bench.evaluation import predict
 from retarget_bench.evaluation.tasks import points
 from retarget_bench.evaluation.tasks.points import PointsTask
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.post_processors import RECONSTRUCTION, Composed, Post, needs
+from retarget_bench.plugins.post_processors import RECONSTRUCTION, Composed, Post
 from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import (
@@ -50,7 +49,7 @@ class MethodTrial(Trial[Method]):
         super().__init__(spec)
         self.data = data
         self.points = PointsTask(data)
-        if points.NAME in method_card(self.plugin).accepts:
+        if points.NAME in self.plugin.card.accepts:
             self.cases = sample(data, POINTS_FRAMES) + sample(self.points, POINTS_FRAMES, points.NAME)
         else:
             self.cases = sample(data)
@@ -61,7 +60,7 @@ class MethodTrial(Trial[Method]):
         if not (card.summary and card.version):
             yield "summary and version must not be empty"
         words = {"accepts": KINDS_OF_SOURCE, "needs": PRIVILEGED, "uses": ("training",), "tasks": TASKS}
-        yield from self.card_fault(method_card(self.plugin), **words)
+        yield from self.card_fault(self.plugin.card, **words)
 
     @demand("supports() gives None or a reason")
     def supports(self) -> Problems:
@@ -138,7 +137,7 @@ class MethodTrial(Trial[Method]):
     @demand("asked in a batch, if it takes any, it answers as alone")
     def batch(self) -> Problems:
         method = self.plugin
-        if not takes_batches(method):
+        if method.retarget_batch is None:
             return
         cases = [resized(case, frames) for frames in BATCH_FRAMES for case in self.cases]
         alone = [(case, self._ask(case)) for case in cases]
@@ -147,7 +146,7 @@ class MethodTrial(Trial[Method]):
         for each in orders:
             yield from self._batch_problems(method, each)
 
-    def _batch_problems(self, method: BatchMethod, alone: Sequence[tuple[Case, Prediction]]) -> Problems:
+    def _batch_problems(self, method: Method, alone: Sequence[tuple[Case, Prediction]]) -> Problems:
         """The faults of the answers to a batch, compared with those to its cases alone."""
         pairs = [(case, self._context(case)) for case, _ in alone]
         answers = predict.ask_batch(method, pairs)
@@ -215,7 +214,7 @@ class PostTrial(Trial[Post]):
         card = self.plugin.card
         if not (card.summary and card.version and card.accepts):
             yield "summary, version and accepts must not be empty"
-        if strange := set(needs(self.plugin)) - {RECONSTRUCTION}:
+        if strange := set(self.plugin.card.needs) - {RECONSTRUCTION}:
             yield f"needs {sorted(strange)}; known is {RECONSTRUCTION}"
         yield from self.card_fault(card, accepts=KINDS_OF_SOURCE)
 
@@ -229,13 +228,15 @@ class PostTrial(Trial[Post]):
                 yield f"{case.info.id}: {outcome.status}: {outcome.message}"
 
 
-class _PositionsOnly:
+class _PositionsOnly(Method):
     """The default method with answers that are positions only."""
 
     def __init__(self) -> None:
         self.method: Method = registry.create("methods", defaults.METHOD)
         self.card = self.method.card
-        self.supports = self.method.supports
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        return self.method.supports(source, target)
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
         return _by_positions(self.method.retarget(source, target, context=context))

@@ -20,9 +20,8 @@ from typing import Any
 import numpy as np
 
 from retarget_bench import api
-from retarget_bench.api import Case, Ground, Prediction, Sample, SetMetric
+from retarget_bench.api import AnyMetric, Case, Ground, Prediction, Sample, SetMetric
 from retarget_bench.api.comparison import Comparison
-from retarget_bench.api.optional import AnyMetric, is_set_metric
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.evaluation import score
 from retarget_bench.evaluation.pairs import of_case
@@ -110,8 +109,8 @@ def measure(
     paths = sorted((folder / MOTIONS).glob("*.npz"))
     if not paths:
         now.missing.append(f"{folder / MOTIONS} has no frozen motion")
-    of_sets = [metric for metric in metrics if is_set_metric(metric)]
-    of_cases = [of_case(metric) for metric in metrics if not is_set_metric(metric)]
+    of_sets = [metric for metric in metrics if isinstance(metric, SetMetric)]
+    of_cases = [of_case(metric) for metric in metrics if not isinstance(metric, SetMetric)]
     for done, path in enumerate(paths, 1):
         held = read(path)
         now.facts[f"file/{path.stem}"] = hashlib.sha256(path.read_bytes()).hexdigest()[:8]

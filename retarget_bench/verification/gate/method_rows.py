@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from retarget_bench.api import Case, CaseInfo, Dataset, optional
+from retarget_bench.api import Case, CaseInfo, Dataset
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import predict as stage_one
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan
@@ -93,7 +93,7 @@ def default_methods() -> list[str]:
     """Labels of the built-in methods that take part in a plain run and are deterministic, variants too."""
     labels = []
     for name, method in registry.working("methods")[0].items():
-        card = optional.method_card(method)
+        card = method.card
         if registry.find("methods", name).origin != registry.BUILT_IN:
             continue
         if card.default and TASK in card.tasks and not card.stochastic:
@@ -122,7 +122,7 @@ def measure(
     for label in labels:
         try:
             method = bound.method(registry.canonical("methods", label))
-            now.facts[f"weights/{method.spec}"] = optional.weights_hash(method.built)
+            now.facts[f"weights/{method.spec}"] = method.built.weights_hash
             methods[str(method.spec)] = method
         except BenchError as error:
             hint = "; if it is gone for good, remove its line from " + FACTS
@@ -173,7 +173,7 @@ def _entries(unit: EvaluationUnit, cases: Sequence[Case]) -> dict[str, CaseResul
 
 def _header(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHeader:
     """The header of a unit: what tables need to know, and nothing that varies with time and place."""
-    card, trained = unit.method.card, optional.method_manifest(unit.method.built)
+    card, trained = unit.method.card, unit.method.built.training_manifest
     problems = (Problem(status=e.status, message=e.message, cases=(e.case,)) for e in entries)
     return ResultHeader(
         keys={},

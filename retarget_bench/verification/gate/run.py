@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from retarget_bench import defaults
-from retarget_bench.api.optional import AnyMetric, is_set_metric, metric_tasks
+from retarget_bench.api import AnyMetric, SetMetric
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.bound import declared_values
@@ -54,7 +54,7 @@ def check(
         own = (folder / golden.MOTIONS).is_dir()
         measure_frozen(now, folder if own else golden.built_in(), metrics, progress)
     data = bound.dataset(dataset or Spec.parse(before.facts.get("dataset/spec", defaults.DATASET)))
-    scoring = tuple(metric.card.name for metric in metrics if not is_set_metric(metric))
+    scoring = tuple(metric.card.name for metric in metrics if not isinstance(metric, SetMetric))
     method_rows.measure(now, before, data, list(dict.fromkeys(labels)), scoring, progress)
     return compare.compare(before, now, criteria), now
 
@@ -88,7 +88,7 @@ def built_metrics(names: Sequence[str], now: Measured) -> tuple[AnyMetric, ...]:
     for name in names:
         try:
             metric = registry.create("metrics", name)
-            if method_rows.TASK not in metric_tasks(metric):
+            if method_rows.TASK not in metric.card.tasks:
                 continue
             declared_values([*metrics, metric])
         except BenchError as error:

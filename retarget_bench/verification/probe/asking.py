@@ -8,7 +8,6 @@ from typing import cast
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
-from retarget_bench.api.optional import method_card
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.predict import Outcome, predict
 from retarget_bench.motion import rotation
@@ -89,7 +88,7 @@ def ask(
             to see whether answers depend on them.
     Raises BenchError for a method that needs what probes do not have (references, other clips).
     """
-    if needs := method_card(method).needs:
+    if needs := method.card.needs:
         raise BenchError(
             f"{label} is given {', '.join(n.replace('_', ' ') for n in needs)}, which a rewritten question "
             "does not have; only methods that see source and target alone can be probed"

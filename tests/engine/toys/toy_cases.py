@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.api.datasets import usual_splits
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
@@ -30,7 +30,7 @@ def body(name: str, size: float) -> Character:
     return Character.of(name, Skeleton(NAMES, np.array(PARENTS), OFFSETS * size), structure="toy")
 
 
-class ToyCases:
+class ToyCases(Dataset):
     """Parameters: ``clips``, how many; ``broken``, a clip that cannot be loaded."""
 
     card = DatasetCard(

@@ -7,7 +7,7 @@ content: a name for it.
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.api.datasets import usual_splits
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
@@ -51,7 +51,7 @@ def walk(body: Character, number: int, frames: int):
     return body.motion(rotations, root, 30.0)
 
 
-class ToyWalks:
+class ToyWalks(Dataset):
     card = DatasetCard(
         name="toy_walks",
         summary="toys",
