@@ -4,7 +4,8 @@
 
 Every contender computes the same 24-joint body from the same random poses; their positions are compared
 before anything is timed. In every repeat all contenders take turns, and a ratio is the median over repeats
-of two times from the same repeat, so that other work on the machine slows all of them alike.
+of two times from the same repeat, so that other work on the machine slows all of them alike. On one thread
+processor time is counted, which other processes move less than the clock.
 pytorch_kinematics has no ball joints: it gets three hinges per joint (the same body), and once more only
 one hinge per joint, an easier question than the others answer. backward is the gradient of a weighted sum
 of all positions in the pose and, where the contender offers it, in the root's place.
@@ -159,20 +160,23 @@ def agree(contenders: dict[str, Call], tolerance: float = 1e-5) -> float:
 def measure(contenders: dict[str, Call], repeats: int, device: str) -> dict[str, list[float]]:
     """Seconds per call, one entry per repeat, all contenders taking turns."""
 
+    alone = device == "cpu" and torch.get_num_threads() == 1
+    clock = time.process_time if alone else time.perf_counter
+
     def once(call: Call, loops: int) -> float:
-        start = time.perf_counter()
+        start = clock()
         for _ in range(loops):
             call()
         if device != "cpu":
             torch.cuda.synchronize()
-        return (time.perf_counter() - start) / loops
+        return (clock() - start) / loops
 
     costs = {name: min(once(call, 1) for _ in range(3)) for name, call in contenders.items()}
-    # turns much shorter than a scheduler's slice, and many of them: most turns run undisturbed
-    loops = {name: max(1, int(0.001 / cost)) for name, cost in costs.items()}
+    # turns so short that most run undisturbed, and of several calls: the first finds others' data in caches
+    loops = {name: max(1, int(0.004 / cost)) for name, cost in costs.items()}
     turn = sum(loops[name] * cost for name, cost in costs.items())
     times: dict[str, list[float]] = {name: [] for name in contenders}
-    for _ in range(max(repeats, int(1.0 / turn))):
+    for _ in range(max(repeats, int(4.0 / turn))):
         for name, call in contenders.items():
             times[name].append(once(call, loops[name]))
     return times

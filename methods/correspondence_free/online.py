@@ -161,18 +161,17 @@ class OnlineRetargeter:
         inputs = [torch.from_numpy(each.astype(np.float32))[None] for each in (places, moves)]
         with torch.inference_mode():
             codes, encoding = generator.encode(inputs[0], inputs[1], self.memory.states[0])
-            answer, decoding = generator.decode(codes, *self._target, self.memory.states[1])
+            rotations, answered, decoding = generator.decode_rotations(
+                codes, self._resting, self.memory.states[1]
+            )
         self.memory.states = (encoding, decoding)
-        return answer.rotations[0].double().numpy(), answer.moves[0].double().numpy()
+        return rotations[0].double().numpy(), answered[0].double().numpy()
 
     @cached_property
-    def _target(self) -> tuple[Tensor, Tensor]:
-        """Bones and places relative to the hips ``(1, 22, 3)``, in hip heights."""
+    def _resting(self) -> Tensor:
+        """Places of the target's joints relative to the hips ``(1, 22, 3)``, in hip heights."""
         places = self.body.reference_places - self.body.reference_places[0]
-        bones = self.body.skeleton.offsets.copy()
-        bones[0] = 0.0
-        scaled = [(each / self._unit).astype(np.float32) for each in (bones, places)]
-        return torch.from_numpy(scaled[0])[None], torch.from_numpy(scaled[1])[None]
+        return torch.from_numpy((places / self._unit).astype(np.float32))[None]
 
     def _lead(self, hips: np.ndarray, before: np.ndarray, ratios: np.ndarray) -> np.ndarray:
         """``(frames, 3)`` metres: the source's path scaled to the target, level step by step, so that a

@@ -17,7 +17,7 @@ from retarget_bench.motion.surface_sampling import sampled
 from .network import SkeletonRegressor
 
 _ROWS = 8
-"""Frames with equally many points that go through the network at once."""
+"""Sets of equally many points that go through the network at once: frames times views."""
 
 
 VIEWS = np.array([[1, 1, 1], [-1, 1, -1], [-1, 1, 1], [1, 1, -1]], dtype=np.float32)
@@ -37,34 +37,43 @@ def joints_of(network: SkeletonRegressor, points: Sequence[np.ndarray], views: i
     views: in how many of ``VIEWS`` the points are seen. They are shared out among them, where there are
         enough, so that more views take little longer; the answer is the mean of all.
     """
-    device = network.last.weight.device
     joints = np.empty((len(points), JOINTS, 3))
-    for first, last in _alike([len(each) for each in points]):
+    for first, last in _alike([len(each) for each in points], max(1, _ROWS // views)):
         # far from the origin single precision is coarse, so the mean is taken off before
         middle = np.stack([each.mean(axis=0, dtype=np.float64) for each in points[first:last]])[:, None]
         near = (np.stack(points[first:last]) - middle).astype(np.float32)
         shares = views if near.shape[1] >= views * LEAST else 1
         if shares > 1:  # by where they lie, so that their order makes no difference
             near = np.stack([row[np.lexsort(row.T[[2, 0, 1]])] for row in near])
-        answers = [_estimate(network, near[:, k % shares :: shares], k, device) for k in range(views)]
-        joints[first:last] = np.mean(answers, axis=0, dtype=np.float64) + middle
+        signs = VIEWS[:views]
+        answers = _estimates(
+            network, [near[:, k % shares :: shares] * each for k, each in enumerate(signs)]
+        )
+        back = [
+            (answer if each.prod() > 0 else answer[:, _PARTNERS]) * each
+            for answer, each in zip(answers, signs, strict=True)
+        ]
+        joints[first:last] = np.mean(back, axis=0, dtype=np.float64) + middle
     return joints
 
 
-def _estimate(network: SkeletonRegressor, rows: np.ndarray, view: int, device: torch.device) -> np.ndarray:
-    """``(frames, 22, 3)``: the joints under points ``(frames, V, 3)`` seen in one of ``VIEWS``."""
-    with torch.inference_mode():
-        answer: np.ndarray = network(torch.from_numpy(rows * VIEWS[view]).to(device)).cpu().numpy()
-    answer = answer * VIEWS[view]
-    return answer[:, _PARTNERS] if VIEWS[view].prod() < 0 else answer
+def _estimates(network: SkeletonRegressor, seen: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """``(frames, 22, 3)`` for each view's points ``(frames, V, 3)``: the joints under them, as they look
+    there. Views of equally many points, all or all but the last few, go through the network together."""
+    answers: list[np.ndarray] = []
+    for first, last in _alike([rows.shape[1] for rows in seen], len(seen)):
+        rows = torch.from_numpy(np.concatenate(seen[first:last])).to(network.last.weight.device)
+        with torch.inference_mode():
+            answers += np.split(network(rows).cpu().numpy(), last - first)
+    return answers
 
 
-def _alike(counts: Sequence[int]) -> list[tuple[int, int]]:
-    """First and last (excluded) of neighbouring frames with equally many points."""
+def _alike(counts: Sequence[int], most: int) -> list[tuple[int, int]]:
+    """First and last (excluded) of at most so many neighbours with equally many points."""
     runs, first = [], 0
     for place in range(1, len(counts) + 1):
         ended = place == len(counts) or counts[place] != counts[first]
-        if ended or place - first == _ROWS:
+        if ended or place - first == most:
             runs.append((first, place))
             first = place
     return runs

@@ -63,10 +63,7 @@ def retargeted(
     rows = [_Row.of(features, source, target) for source, target in zip(sources, targets, strict=True)]
     longest_first = sorted(rows, key=lambda row: -len(row.moved))
     device = generator.turns.weight.device
-    offsets, resting = (
-        torch.from_numpy(np.stack([getattr(row.body, key) for row in longest_first])).to(device)
-        for key in ("offsets", "resting")
-    )
+    resting = torch.from_numpy(np.stack([row.body.resting for row in longest_first])).to(device)
     encoding: Tensor | None = None
     decoding: Tensor | None = None
     for first in range(0, len(longest_first[0].moved), chunk):
@@ -76,10 +73,10 @@ def retargeted(
         moves = _block([row.moves[part] for row in active]).to(device)
         with torch.inference_mode():
             codes, encoding = generator.encode(positions, moves, _of(encoding, count))
-            answer, decoding = generator.decode(
-                codes, offsets[:count], resting[:count], _of(decoding, count)
+            rotations, moved, decoding = generator.decode_rotations(
+                codes, resting[:count], _of(decoding, count)
             )
-        answers = answer.rotations.cpu().numpy(), answer.moves.cpu().numpy()
+        answers = rotations.cpu().numpy(), moved.cpu().numpy()
         for row, turned, moved in zip(active, *answers, strict=True):
             left = len(row.moved[part])
             row.rotations[part], row.moved[part] = turned[:left], moved[:left]

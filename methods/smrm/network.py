@@ -68,15 +68,27 @@ class Generator(nn.Module):
         lacks: ``(rows, 22)`` bool, its joints of no length (``motion/body22.py``), which do not turn.
         lacking: their ranks, where they are known; see ``folded``.
         """
+        rotations, moves, after = self.decode_rotations(codes, resting, state, lacks, lacking)
+        tree = self._tree(rotations.device)
+        positions, _ = kinematics(tree, offsets, rotations, torch.zeros_like(moves))
+        return Answer(positions, rotations, moves), after
+
+    def decode_rotations(
+        self,
+        codes: Tensor,
+        resting: Tensor,
+        state: Tensor | None = None,
+        lacks: Tensor | None = None,
+        lacking: Sequence[int] | None = None,
+    ) -> tuple[Tensor, Tensor, Tensor]:
+        """``decode`` without positions: rotations ``(rows, frames, 22, 4)``, moves ``(rows, frames, 3)``,
+        and the decoder's state after them."""
         body = self.scale.normalise("resting", resting.flatten(-2)).unsqueeze(1)
         hidden, after = self.decoder(torch.cat([body.expand(-1, codes.shape[1], -1), codes], -1), state)
         rotations = functional.normalize(self.turns(hidden).float().unflatten(-1, (JOINTS, 4)), dim=-1)
         if lacks is not None:
             rotations = folded(rotations, lacks.unsqueeze(1), lacking)
-        moves = self.scale.restore("moves", self.moves(hidden).float())
-        tree = self._tree(rotations.device)
-        positions, _ = kinematics(tree, offsets, rotations, torch.zeros_like(moves))
-        return Answer(positions, rotations, moves), after
+        return rotations, self.scale.restore("moves", self.moves(hidden).float()), after
 
     def _tree(self, device: torch.device) -> Tree:
         if self.tree.mask.device != device:

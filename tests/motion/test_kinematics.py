@@ -170,6 +170,30 @@ def test_first_and_second_derivatives_by_differences(mixed: bool) -> None:
     assert torch.autograd.gradgradcheck(run, leaves)
 
 
+@pytest.mark.parametrize("output", [0, 1])
+def test_second_derivatives_of_one_output_with_fixed_offsets(output: int) -> None:
+    body = skeleton(4, 1)
+    offsets, q, root = tensors(body.offsets, *pose(1, 2, 4))
+    leaves = [each.requires_grad_() for each in (q, root)]
+
+    def run(q: torch.Tensor, root: torch.Tensor = root) -> torch.Tensor:
+        return kinematics_torch.forward(Tree.of(body), offsets, rotation.normalise(q), root)[output]
+
+    assert torch.autograd.gradgradcheck(run, leaves[: 2 - output])
+
+
+def test_rounding_with_gradients_is_that_of_each_frame_alone() -> None:
+    body = skeleton(24)
+    q, root = (torch.from_numpy(each).float() for each in pose(1000, 24))
+    offsets = torch.tensor(body.offsets)
+
+    def turned(frames: int) -> torch.Tensor:
+        rotations = q[:frames].clone().requires_grad_()
+        return kinematics_torch.forward(Tree.of(body), offsets, rotations, root[:frames])[1]
+
+    assert torch.equal(turned(1000)[:7], turned(7))
+
+
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 @pytest.mark.parametrize(
     "start", [(1, 0, 0, 0), (-1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 0, -1), (0, 0.6, 0.8, 0)]
