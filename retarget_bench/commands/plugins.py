@@ -247,10 +247,10 @@ def _wrapped(text: str, start: str = "", rest: str | None = None) -> list[str]:
 def _fitted(text: str) -> list[str]:
     """The lines of a docstring; paragraphs and entries of lists that are too wide are wrapped anew.
 
-    An entry begins with a name and a colon, as parameters do, or with a hyphen.
+    An entry begins with a hyphen, or behind a sentence's end with a name and a colon, as parameters do.
     """
     fitted = []
-    for part in re.split(r"\n(?=[ ]*(?:\n|- |[\w`, ]{1,30}: ))", text):
+    for part in re.split(r"\n(?=[ ]*(?:\n|- ))|(?<=[.:)\n])\n(?=[ ]*[\w`, ]{1,30}: )", text):
         lines = part.splitlines()
         if max(map(len, lines), default=0) > screen_width():
             first, *others = [line for line in lines if line]
