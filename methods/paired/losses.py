@@ -1,4 +1,7 @@
-"""Losses of an answer against the right one, each in per cent of the target's height or in degrees."""
+"""Losses of an answer against the right one, in per cent of the target's height.
+
+``turns`` is a thousand times the squared sine of half an angle.
+"""
 
 from collections.abc import Mapping
 
@@ -19,7 +22,11 @@ NEAR = 0.08
 def terms(
     tree: Tree, answer: Posed, truth: Mapping[str, Tensor], target: Mapping[str, Tensor], real: Tensor
 ) -> dict[str, Tensor]:
-    """Name -> loss, unweighted. truth: ``rotations``, ``hips``, ``planted``. real: ``(rows, frames)``."""
+    """Name -> loss, unweighted.
+
+    truth: ``rotations``, ``hips``, ``planted`` as ``RoleBody.see`` gives them, by rows. target: ``offsets``
+    ``(rows, 22, 3)`` and ``lengths`` ``(rows, 2)``, metres. real: ``(rows, frames)``.
+    """
     height = target["lengths"][:, :1, None, None]
     predicted = answer.positions
     reference, turned = kinematics(tree, target["offsets"], truth["rotations"], truth["hips"])

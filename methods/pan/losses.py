@@ -1,4 +1,7 @@
-"""PAN's losses: the terms of section 5.6, in the form that a variant gives them."""
+"""The generator's losses of PAN (Hu et al., TVCG 2023, section 5.6), in the form that a variant gives them.
+
+The adversarial term, which needs the discriminators, is in ``training.py``. Heights are those of bodies.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Literal, NamedTuple

@@ -1,4 +1,4 @@
-"""Parameters of SMRM."""
+"""Parameters of SMRM (Marsot, Rekik et al., Correspondence-free online human motion retargeting, 2023)."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -29,11 +29,11 @@ class SmrmConfig:
     """Raises BenchError for what cannot be."""
 
     variant: Variant = "own"
-    """weights of the losses: own, or paper (eq. 2 as printed)"""
+    """weights of the losses and share of rows to their own body: own, or paper (eq. 2 as printed)"""
     path: root_rules.PathKind = "relative"
     """integrated (moves summed up) or relative (the source's, scaled; what differs fades)"""
     normalisation: Normalisation = "body"
-    """lengths in hip heights (body) or metres (global), in deviations; or none"""
+    """deviations of lengths in hip heights (body) or metres (global) are seen; none: metres as they are"""
     root: Root = "height"
     """what is seen of the hips: height (and level steps), displacement, position"""
     yaw: Yaw = "removed"
@@ -47,11 +47,11 @@ class SmrmConfig:
     smooth: float = 0.001
     """weight of the mean acceleration of the hips"""
     reference_rotation: Reference = "truth"
-    """what rotations are compared with: truth, self"""
+    """rotations that come back are compared with the clip's (truth) or its answer on its own body (self)"""
     same: float | None = None
     """share of training rows whose target is their own character; as the variant where it is not given"""
     noise: float = 0.0
-    """of the source's joints in training, hip heights (0: none)"""
+    """deviation of the source's joints in training from the true ones, hip heights (0: none)"""
     hidden: int = 512
     """numbers of a GRU's state"""
     weights: str = "puppets"

@@ -72,7 +72,7 @@ def find(matrix: ResultMatrix, name: str) -> MethodRow | None:
 
 def label_of(name: str, labels: Collection[str]) -> str | None:
     """The label among these that a spec stands for, however it is written (``HuMoT``, ``copy rotations``);
-    None where there is none."""
+    None where there is none. A name alone also stands for its only row with weights from a path."""
     if name in labels:
         return name
     alike = [label for label in labels if folded(label) == folded(name)]
@@ -81,8 +81,9 @@ def label_of(name: str, labels: Collection[str]) -> str | None:
     try:
         label = str(registry.canonical("methods", registry.spelled(name, ("methods",))))
     except BenchError:
-        return None
-    return label if label in labels else None
+        label = name  # of a file that is not known here
+    weighted = [each for each in labels if each.startswith(f"{label}[weights=")]
+    return label if label in labels else weighted[0] if len(weighted) == 1 else None
 
 
 def unknown(having: Iterable[str], name: str) -> BenchError:

@@ -211,7 +211,8 @@ def _weights(factory: Any, spec: Spec) -> list[str]:
     explicit = spec.parameters.get("weights")
     names = [str(explicit)] if explicit else list(factory.shipped())
     if not names:
-        return ["", f"Weights: none are shipped; bench train {spec.name} makes some"]
+        written = registry.written("methods", Spec(spec.name))
+        return ["", f"Weights: none are shipped; bench train {written} makes some"]
     lines = []
     for name in names:
         lines += ["", f"Weights {name}"]

@@ -287,7 +287,8 @@ def _scores(scores: Any) -> str:
         split: " / ".join(f"{value:.2f}" for name, value in values.items() if name != "n")
         for split, values in scores.items()
     }
-    return ", ".join(f"{split} {each}" for split, each in numbers.items()) + " % of height"
+    each = ", ".join(f"{split} {values}" for split, values in numbers.items())
+    return f"{each} % of height, in the world / root-aligned"
 
 
 def _how_to_go_on(training: TrainingOptions) -> str:

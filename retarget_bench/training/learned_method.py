@@ -144,8 +144,9 @@ class LearnedMethod(Method):
         if "tensors" in self.__dict__ or self._card:
             return ""
         name, others = self.card.name, ", ".join(self.shipped())
-        hint = f"there are {others}" if others else f"bench train {name} -d puppets makes some"
-        return f"{name} has no shipped weights of the name {self.config.weights!r}; {hint}"
+        if others:
+            return f"{name} has no weights {self.config.weights!r}; there are {others}"
+        return f"{name} has no weights; bench train {registry.written('methods', Spec(name))} makes some"
 
     @property
     def usual_weights(self) -> str:
@@ -252,13 +253,14 @@ class LearnedMethod(Method):
         if self._authors is not None:
             return self._authors.card(self.card)
         card = bundles.read_card(self._at)
-        bundles.check(
-            self._at,
-            replace(card, facts=self._completed(card.facts)),
-            self.card.name,
-            self.card.version,
-            self.facts(),
-        )
+        known, facts = self._completed(card.facts), self.facts()
+        if newer := [name for name in facts.keys() - card.facts if facts[name] != known.get(name)]:
+            raise BenchError(
+                f"{self._at}: these weights are older than {self.card.name}'s parameter {newer[0]}; leave "
+                f"it at its default {known.get(newer[0])}, train others, or, where answers alone depend on "
+                "it, name it in the method's answering"
+            )
+        bundles.check(self._at, replace(card, facts=known), self.card.name, self.card.version, facts)
         return card
 
     def _completed(self, facts: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -14,6 +14,7 @@ from typing import Annotated
 from pydantic import Field
 
 from retarget_bench import defaults
+from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import Budget, TrainingConfig
 from retarget_bench.training.tensor_files import Hashed
@@ -108,6 +109,7 @@ class Run(Record):
     """The training in one folder, and what is of this machine alone.
 
     dataset:   canonical spec, with where files lie. init_path: the weights that it began with, as given.
+    plugin_files: path and kind of the plug-ins that were named by their files.
     job:       the ``torchrun`` that trains or trained last, which goes on by itself.
     versions:  of packages.
     """
@@ -115,6 +117,7 @@ class Run(Record):
     recipe: TrainingConfig = field()  # a field without default in place of the one above
     dataset: str
     init_path: str = ""
+    plugin_files: Sequence[tuple[str, registry.Kind]] = ()
     job: str = ""
     versions: Mapping[str, str] = field(default_factory=dict)
 

@@ -98,6 +98,7 @@ def _train(
     device: torch.device,
     begun: float,
 ) -> Run:
+    _know_files(run)  # also in processes that have not read it
     spec, data_spec = Spec.parse(run.scored_as), Spec.parse(run.dataset)
     data, config = joint_datasets.dataset(data_spec), run.recipe
     gathering = _first_only(reporter.gathering)
@@ -207,12 +208,19 @@ def _settled(options: TrainingOptions) -> tuple[Path, Run]:
             "another --out"
         )
     if earlier is not None:
+        _know_files(earlier)
         return folder, _extended(folder, _same(earlier, options, method), options.budget)
     if method is None:
         raise BenchError(f"{folder} holds no run to go on with; bench train METHOD begins one")
     if options.resume and options.dataset is None:
         raise BenchError(f"{folder} holds no run to go on with; with -d DATASET one begins")
     return folder, _new(options, method)
+
+
+def _know_files(run: Run) -> None:
+    """Make the plug-ins of a run known that were named by their files, unless the command names them."""
+    known = {Path(file).stem for file, _ in registry.files()}
+    registry.know_files(each for each in run.plugin_files if Path(each[0]).stem not in known)
 
 
 def _without_weights(method: Spec) -> Spec:
@@ -310,6 +318,7 @@ def _new(options: TrainingOptions, method: Spec) -> Run:
         notes=[UNKNOWN] if unknown else [],
         dataset=str(data_spec),
         init_path=options.init or "",
+        plugin_files=registry.files(),
         versions=versions(),
     )
     return replace(run, command=_command(run))
@@ -318,7 +327,8 @@ def _new(options: TrainingOptions, method: Spec) -> Run:
 def _command(run: Run) -> str:
     """The command that asks for a run, without places of files."""
     recipe, data = run.recipe, joint_datasets.split_spec(Spec.parse(run.data.spec))
-    parts = ["bench", "train", run.scored_as, *(word for each in data for word in ("-d", str(each)))]
+    parts = ["bench", "train", registry.written("methods", Spec.parse(run.scored_as))]
+    parts += [word for each in data for word in ("-d", registry.written("datasets", each))]
     parts += ["--preset", run.preset]
     parts += ["--budget", run.budget] if run.budget else []
     parts += ["--precision", recipe.precision] if recipe.precision != TrainingConfig.precision else []

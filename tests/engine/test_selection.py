@@ -5,7 +5,7 @@ from click.testing import CliRunner
 from stored import metadata, running, store
 
 from retarget_bench.analysis import summary
-from retarget_bench.analysis.selection import Selection
+from retarget_bench.analysis.selection import Selection, label_of
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
 from retarget_bench.figures.data import rows
@@ -50,6 +50,13 @@ def test_who_answers_all_people_is_ranked_among_them(tmp_path):
     assert summary.split_summaries(places)[0].scores[1].unranked == "answered 2 of 4"
     assert sections(places)["people"].scores[1].unranked == ""
     assert sections(places)["people"].rankings[VALUE].order == ("people_only", "all")
+
+
+def test_a_name_alone_means_the_only_row_with_weights_of_ones_own(tmp_path):
+    one, other = "mine[weights=a-1d1eaf33]", "mine[weights=b-2e2fb044]"
+    assert label_of("mine", {one, "other"}) == one
+    assert label_of("mine", {one, other}) is None
+    assert label_of("mine", {one, "mine"}) == "mine"
 
 
 def test_methods_are_chosen_by_label_in_any_case_and_controls_stay(tmp_path):

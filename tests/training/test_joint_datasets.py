@@ -226,7 +226,7 @@ def test_a_run_on_both_goes_on_to_the_last_bit_and_its_card_names_both(toy_run, 
     assert facts["hash"] == again["hash"]
     assert trained.dataset == moved
     assert facts["command"] == (
-        "bench train toy_trainee -d toy_walks -d 'toy_walks[content=two]' --preset quick --seed 0"
+        "bench train toy_trainee.py -d toy_walks.py -d 'toy_walks.py[content=two]' --preset quick --seed 0"
     )
     assert "secret" not in json.dumps(facts)
     expected = {"spec": "toy_walks+toy_walks[content=two]", "label": "toy_walks + toy_walks"}

@@ -64,10 +64,8 @@ def test_without_weights_it_can_be_built_and_says_what_is_missing(shifter):
     method = made()
     body = next(iter(registry.create("datasets", "toy_cases").characters().values()))
     assert (method.weights_hash, method.weights_card, method.training_manifest) == ("", None, None)
-    assert method.supports(body, body) == (
-        "shifter has no shipped weights of the name 'walks'; bench train shifter -d puppets makes some"
-    )
-    with pytest.raises(BenchError, match="has no shipped weights of the name 'walks'"):
+    assert method.supports(body, body) == ("shifter has no weights; bench train shifter.py makes some")
+    with pytest.raises(BenchError, match="has no weights; bench train"):
         _ = method.tensors
     assert method.training_manifest is None
 
@@ -127,7 +125,9 @@ def test_weights_older_than_a_parameter_were_made_with_its_default(shifter, tmp_
     written = write(tmp_path / "trained", facts={"cell": "tf"})
     place = f"weights='{tmp_path / 'trained'}'"
     assert made(f"shifter[{place}]").weights_hash == written.hash
-    with pytest.raises(BenchError, match="write layers=1 in the brackets"):
+    with pytest.raises(
+        BenchError, match="older than shifter's parameter layers; leave it at its default 1"
+    ):
         _ = made(f"shifter[layers=2,{place}]").weights_hash
 
 
@@ -293,7 +293,7 @@ def test_info_shows_the_cards_of_shipped_weights_and_of_a_path(shifter, tmp_path
         assert result.exit_code == 0, result.output
         return " ".join(result.output.split())
 
-    assert "Weights: none are shipped; bench train shifter makes some" in info("shifter")
+    assert "Weights: none are shipped; bench train shifter.py makes some" in info("shifter")
     for name in ("walks", "runs"):
         write(shifter / "weights", name=name, **FULL)
     write(tmp_path / "own", facts={"cell": "torch", "layers": 1}, seed=77, steps=9)

@@ -41,7 +41,7 @@ def files(folder: Path) -> set[str]:
 def test_what_is_read_is_what_was_written(tmp_path):
     assert run_folder.read(tmp_path) is None
     run_folder.write(tmp_path, BEGUN)
-    assert replace(run_folder.read(tmp_path), curve=(), validation=(), notes=()) == BEGUN
+    assert replace(run_folder.read(tmp_path), curve=(), validation=(), notes=(), plugin_files=()) == BEGUN
     assert run_folder.tensors(tmp_path, BEGUN) == {}
     written = saved(tmp_path, 7)
     read = run_folder.read(tmp_path)

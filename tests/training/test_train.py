@@ -28,7 +28,8 @@ def test_the_card_says_how_the_weights_came_about(toy_run, tmp_path):
     trained, _ = toy_run(data="toy_walks[root=/secret/place]", seed=4, budget="25it")
     facts = card(tmp_path / "run")
     assert (
-        facts["command"] == "bench train toy_trainee -d toy_walks --preset default --budget 25it --seed 4"
+        facts["command"]
+        == "bench train toy_trainee.py -d toy_walks.py --preset default --budget 25it --seed 4"
     )
     assert "secret" not in json.dumps(facts)
     assert (facts["method"], facts["version"], facts["facts"]) == ("toy_trainee", "1", {"kind": "linear"})
@@ -204,7 +205,7 @@ def _any_number(build):
 def test_a_folder_that_holds_a_run_is_not_written_over(toy_run, tmp_path):
     toy_run()
     before = {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()}
-    with pytest.raises(BenchError, match=r"already holds a run \(bench train toy_trainee .*--resume"):
+    with pytest.raises(BenchError, match=r"already holds a run \(bench train toy_trainee.py .*--resume"):
         toy_run()
     assert {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()} == before
 

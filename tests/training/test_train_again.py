@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins import bound
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import run_folder, train, weights
 from retarget_bench.training.card_text import described
@@ -100,3 +100,11 @@ def test_the_card_says_as_what_the_scores_were_measured(toy_run, tmp_path):
     assert "scored as: toy_trainee[does=slowly]" in described(facts)
     plain = described(replace(facts, scored_as="toy_trainee[kind=linear]"))
     assert not [line for line in plain if line.startswith("scored as")]
+
+
+def test_a_run_knows_the_files_of_its_plug_ins(toy_run, tmp_path, monkeypatch):
+    toy_run(preset="quick", budget="4it")
+    monkeypatch.setattr(registry, "_FILES", {})  # as in another process
+    trained, _ = toy_run(method=None, data=None, resume=True, budget="8it")
+    assert trained.steps == 8
+    assert trained.command.startswith("bench train toy_trainee.py -d toy_walks.py ")

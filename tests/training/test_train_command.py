@@ -156,7 +156,7 @@ def test_several_data_sets_are_trained_on_and_the_first_that_tests_is_named(benc
     recorded = json.loads((out / "run.json").read_text())
     assert recorded["dataset"] == "toy_walks[kind=near]+toy_walks[root=/a b]"
     assert recorded["command"].startswith(
-        "bench train toy_trainee -d 'toy_walks[kind=near]' -d toy_walks --preset"
+        "bench train toy_trainee.py -d 'toy_walks.py[kind=near]' -d toy_walks.py --preset"
     )
 
 

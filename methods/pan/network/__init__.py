@@ -1,4 +1,6 @@
-"""PAN's networks: encoders of motion and skeletons, decoder, discriminator.
+"""PAN's networks (Hu et al., TVCG 2023): encoders of motion and skeletons, decoder, discriminator.
+
+Frames are a multiple of 4. Channels of edges and bones are those of ``skeletal/features.py``.
 
 Weights that a mask would blot out do not exist: what differs in size between parts is stored end to end.
 """

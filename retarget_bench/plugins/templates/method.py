@@ -15,7 +15,8 @@ class MyMethod(Method):
         summary="The copied pose with longer or shorter steps",
         version="1",
         parameters={"stride": "how long the steps are, 1 being as long as the legs ask for"},
-        # of a learned method also, so that tables can tell what it has seen, and results what it was:
+        # with weights from elsewhere, so that tables can tell what it has seen, and results what it was
+        # (docs/examples/learned_pose.py is a beginning for bench train):
         # trained_on={"characters": ("amy", "joe"), "structures": ("body22",), "clips": ("walk",)},
         # assets={"network.npz": Asset("the weights")},  # then asset_path(self, "network.npz") is the file
     )

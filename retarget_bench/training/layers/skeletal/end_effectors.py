@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from retarget_bench.training.layers.skeletal.layout import Layout
 
 NEAR = 0.008
-"""Ten heights per frame times this: an end effector that is slower is taken to rest (published code)."""
+"""Heights a frame times ``FASTER``: an end effector that is slower is taken to rest (published code)."""
 FASTER, RESTING = 10.0, 100.0
 """Factors of displacements, and of the error where an end effector rests (published code)."""
 FOOT = ("toe_end", "toe", "foot")
