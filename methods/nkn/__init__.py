@@ -7,8 +7,8 @@ from retarget_bench.api import MethodCard
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.layers.kinematic.one_structure import OneStructure
 
-from .config import NknConfig
 from .inference import Retargeter
+from .settings import NknConfig
 
 DIFFERS = {
     "variant": "own form of input and losses",

@@ -14,10 +14,10 @@ from retarget_bench.training.layers.kinematic import features
 from retarget_bench.training.layers.kinematic.pose import MOVES, Scale, quaternions
 from retarget_bench.training.layers.kinematic.retargeter import Cases, SightRetargeter
 
-from .config import NknConfig
 from .network import Decoder, Encoder, Generator
 from .network.bodies import Bodies
 from .network.rollout import Memory
+from .settings import NknConfig
 from .training import NknTraining
 
 CHUNK = 256

@@ -19,9 +19,9 @@ from retarget_bench.training.layers.temporal_discriminator import TemporalDiscri
 from retarget_bench.training.layers.twist import twist
 
 from . import losses
-from .config import NknConfig
 from .network import Generator
 from .network.bodies import Bodies
+from .settings import NknConfig
 
 
 @dataclass(eq=False)

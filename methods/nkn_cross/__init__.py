@@ -9,8 +9,8 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.layers.kinematic.many_structures import ManyStructures, StructuresConfig
 
 from ..nkn import DIFFERS, Nkn
-from ..nkn.config import NknConfig
 from ..nkn.inference import Retargeter
+from ..nkn.settings import NknConfig
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from retarget_bench.api import MethodCard
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.layers.kinematic.one_structure import OneStructure
 
-from .config import PmnetConfig
 from .inference import Retargeter
+from .settings import PmnetConfig
 
 DIFFERS = {
     "variant": "own form of input",

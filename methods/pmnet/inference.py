@@ -17,8 +17,8 @@ from retarget_bench.training.layers.kinematic.pose import MOVES
 from retarget_bench.training.layers.kinematic.retargeter import Cases, SightRetargeter
 from retarget_bench.training.layers.masks import time_first_mask
 
-from .config import PmnetConfig
 from .network import Bodies, Generator, divided
+from .settings import PmnetConfig
 from .training import PmnetTraining
 
 

@@ -19,8 +19,8 @@ from retarget_bench.training.layers.temporal_discriminator import TemporalDiscri
 from retarget_bench.training.layers.twist import twist
 
 from . import losses
-from .config import PmnetConfig
 from .network import Bodies, Generator, divided
+from .settings import PmnetConfig
 
 WIDTHS = (16, 32, 64, 64)
 """Of the discriminator."""

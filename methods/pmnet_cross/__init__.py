@@ -9,8 +9,8 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.layers.kinematic.many_structures import ManyStructures, StructuresConfig
 
 from ..pmnet import DIFFERS, Pmnet
-from ..pmnet.config import PmnetConfig
 from ..pmnet.inference import Retargeter
+from ..pmnet.settings import PmnetConfig
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,10 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
-from .config import SmrmConfig
 from .features import Features
 from .inference import retargeted
 from .network import Generator
+from .settings import SmrmConfig
 from .training import SmrmTraining
 
 

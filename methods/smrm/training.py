@@ -21,9 +21,9 @@ from retarget_bench.training.layers.masks import frame_mask
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
 from . import losses
-from .config import SmrmConfig
 from .features import FPS, Features
 from .network import MOVES, Answer, Generator
+from .settings import SmrmConfig
 
 LEAST = 1e-2
 """Units: what varies less between frames or bodies is not blown up; of the hips a tenth."""
