@@ -428,3 +428,27 @@ def test_lists_hold_what_there_is_and_rooms_stay_packages():
     assert all(getattr(rb, name) is not None and name in dir(rb) for name in rb.__all__)
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         rb.nothing  # noqa: B018
+
+
+def test_a_case_can_be_shown_and_its_motions_taken(results, tmp_path):
+    for file in FILES:
+        registry.add_file(file)
+    case = results.rows.case.iloc[0]
+    player = results.show(case, "toy_method")
+    assert "toy_method" in repr(player)
+    assert "<iframe" in player._repr_html_()
+    assert player.save(tmp_path / "player.html").read_text(encoding="utf-8") == player.html
+    with pytest.raises(rb.BenchError, match=r"end its name in \.html"):
+        player.save(tmp_path / "player.mp4")
+    source, answer = results.motion(case, "source"), results.motion(case, "toy_method")
+    assert answer.frames == source.frames
+    with pytest.raises(rb.BenchError, match="has no 'nobody'"):
+        results.motion(case, "nobody")
+
+
+def test_tables_are_written_by_the_ending_of_their_name(results, tmp_path):
+    table = results.table()
+    assert "<table" in table._repr_html_()
+    assert table.save(tmp_path / "table.md").read_text(encoding="utf-8").count("|") > 10
+    with pytest.raises(rb.BenchError, match="end the name in one"):
+        table.save(tmp_path / "table.doc")

@@ -13,7 +13,7 @@ import pytest
 from corruptions import HARMS, MORE_HARMS, Crowd, people_in, seen
 
 from retarget_bench.api import TWO_LEGS, Case, CaseFeatures, CaseInfo, Stretches
-from retarget_bench.api.comparison import structure_joints
+from retarget_bench.api.comparison import Comparison, structure_joints
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation.set_metrics import draw, evaluate
@@ -104,6 +104,17 @@ def test_a_body_without_a_hand_is_in_no_set(cases):
     assert Fid().set_of(replace(case, target=maimed)) == ""
     with pytest.raises(NotSupported, match="is known as left_hand"):
         Fid().network(maimed)
+
+
+def test_without_a_reference_windows_have_the_speed_of_their_source(cases):
+    """A reference in the place of the source says the same of how fast its windows move."""
+    case = next(iter(cases.values()))
+    alone = replace(case, source=case.reference, reference=None)
+    features = Fid().features(Comparison(alone, case.reference))
+    expected = Fid().features(Comparison(case, case.reference))
+    assert len(features.real) == 0
+    np.testing.assert_allclose(features.generated, expected.generated)
+    np.testing.assert_allclose(features.speed, expected.speed, atol=1e-6)
 
 
 def stretches_of(lengths: dict[str, int], rule: Stretches):
