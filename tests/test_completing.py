@@ -25,6 +25,7 @@ from retarget_bench.api.completing import complete, original
 from retarget_bench.api.metrics import contract_of
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
+from retarget_bench.plugins.bound import stages_fault
 
 INFO = CaseInfo("toy/a>b/walk", "retarget", "cross", "a", "b", "walk")
 CARD = DatasetCard("toy", "two clips", "1", "CC0", "here")
@@ -192,3 +193,37 @@ def test_a_class_that_leaves_out_what_it_must_have_is_told_what(tmp_path, monkey
     registry.add_file(tmp_path / "half.py")
     with pytest.raises(BenchError, match=r"method half .* could not be built .* abstract method.*supports"):
         registry.create("methods", "half")
+
+
+def test_what_is_offered_but_not_there_is_the_default() -> None:
+    class Nothing:
+        card = SimpleNamespace(name="nothing", summary=None, version=1)
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("__"):
+                raise AttributeError(name)
+            return None
+
+    method: Method = complete(Nothing(), Method)
+    assert (method.stages, method.weights_hash) == ({}, "")
+    assert (method.card.summary, method.card.version) == ("", "1")
+
+
+def test_values_of_a_card_are_completed_as_it_is() -> None:
+    value = SimpleNamespace(id="far.mean", unit="m", better="lower", meaning="how far")
+    card = SimpleNamespace(name="far", summary="how far", version="1", values=(value,))
+    plugin = SimpleNamespace(card=card, compute=lambda comparison: {})
+    metric: Metric = complete(plugin, Metric)
+    (declared,) = metric.card.values
+    assert (declared.id, declared.better, declared.from_source) == ("far.mean", "lower", None)
+
+
+def test_stages_that_cannot_be_read_are_told() -> None:
+    class Raises:
+        card = SimpleNamespace(name="raises", summary="it", version="1")
+
+        @property
+        def stages(self) -> Any:
+            raise RuntimeError("not yet")
+
+    assert "its stages cannot be read" in stages_fault(complete(Raises(), Method))

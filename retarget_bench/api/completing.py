@@ -45,12 +45,16 @@ class _Completed:
         delattr(self._plugin_, name)
 
     def __getattr__(self, name: str) -> Any:
+        default = getattr_static(self._contract_, name, MISSING)
+        offered = default is not MISSING and not getattr(default, "__isabstractmethod__", False)
         try:
-            return getattr(self._plugin_, name)
+            own = getattr(self._plugin_, name)
         except AttributeError:
-            default = getattr_static(self._contract_, name, MISSING)
-            if default is MISSING or getattr(default, "__isabstractmethod__", False):
+            if not offered:
                 raise
+            own = None
+        if own is not None or not offered:
+            return own
         if isinstance(default, cached_property):  # not kept: the plug-in may have its own later
             return default.func(self)
         return default.__get__(self) if hasattr(default, "__get__") else default
@@ -65,6 +69,13 @@ def whole(card: Any, kind: type[T]) -> T:
     texts = {each.name: "" for each in known if each.default is MISSING and each.default_factory is MISSING}
     stated = {each.name: getattr(card, each.name) for each in known if hasattr(card, each.name)}
     return kind(**{**texts, **stated})
+
+
+def texts(card: Any, *names: str) -> None:
+    """Make texts of fields of a card: a version may be a number, and nothing is an empty text."""
+    for name in names:
+        if not isinstance(value := getattr(card, name), str):
+            object.__setattr__(card, name, "" if value is None else str(value))
 
 
 def words(card: Any, *names: str) -> None:

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any, Literal
 
 from retarget_bench.api.cases import TASKS
-from retarget_bench.api.completing import words
+from retarget_bench.api.completing import texts, words
 from retarget_bench.api.datasets import Cast, Manifest
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import Ground
@@ -80,6 +80,7 @@ class MethodCard:
     """Parameter name -> one line that says what it does and which values it takes."""
 
     def __post_init__(self) -> None:
+        texts(self, "name", "summary", "version", "title", "paper", "licence")
         words(self, "accepts", "needs", "uses", "tasks")
 
 

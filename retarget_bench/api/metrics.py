@@ -12,6 +12,7 @@ import numpy as np
 
 from retarget_bench.api.cases import TASKS, Case
 from retarget_bench.api.comparison import Comparison
+from retarget_bench.api.completing import texts, whole
 from retarget_bench.motion.character import Character
 
 Direction = Literal["lower", "higher", "target", "none"]
@@ -131,6 +132,10 @@ class MetricCard:
     values: tuple[Value, ...]
     tasks: tuple[str, ...] = TASKS[:1]
     kind: Literal["", "case", "pair", "set"] = ""
+
+    def __post_init__(self) -> None:
+        texts(self, "name", "summary", "version")
+        object.__setattr__(self, "values", tuple(whole(each, Value) for each in self.values))
 
     @property
     def computed(self) -> tuple[Value, ...]:

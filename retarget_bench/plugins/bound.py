@@ -6,7 +6,7 @@ A bound plug-in is the same object for the same text as long as the process live
 is first used, and knows what its results depend on and what they call it.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -30,6 +30,15 @@ APART = ("motion.files", "motion.editing")
 """Of ``motion/``, what no method reaches: formats of files, and edits around methods."""
 
 
+def stages_fault(method: Method) -> str:
+    """Why the methods that a method is composed of cannot be read; "" where they can."""
+    try:
+        stages: object = method.stages
+    except Exception as error:  # the plug-in's own code
+        return f"its stages cannot be read: {error!r}"
+    return "" if isinstance(stages, Mapping) else f"its stages are no methods by name, but {stages!r}"
+
+
 @dataclass(frozen=True)
 class BoundMethod:
     """A method with its post-processors. spec: in canonical form."""
@@ -43,6 +52,8 @@ class BoundMethod:
         Raises BenchError.
         """
         method: Method = registry.create("methods", self.spec.here)
+        if fault := stages_fault(method):
+            raise BenchError(f"{self.spec}: {fault}")
         return method
 
     @cached_property

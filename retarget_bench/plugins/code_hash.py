@@ -30,13 +30,14 @@ def code_hash(paths: Iterable[Path]) -> str:
 def own_files(path: Path, package: str = "") -> set[Path]:
     """The files of a plug-in: its file or folder, and what they reach by relative imports.
 
-    path: its file, or its folder's ``__init__.py``. package: its module, if it lies in an installed
-    package, all files of which count.
+    path: its file, which may have ``variants.toml`` beside it, or its folder's ``__init__.py``.
+    package: its module, if it lies in an installed package, all files of which count.
     """
     if package:
         above = package.count(".") - (path.name != "__init__.py")
         return _code_files(path.parents[above]) if above >= 0 else {path}
-    return reached(_code_files(path.parent) if path.name == "__init__.py" else {path})
+    variants = [each for each in (path.with_name("variants.toml"),) if each.is_file()]
+    return reached(_code_files(path.parent) if path.name == "__init__.py" else {path, *variants})
 
 
 def package_code(name: str) -> set[Path]:

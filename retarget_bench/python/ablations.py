@@ -41,6 +41,8 @@ def find(method: Spec, name: str) -> Ablation:
     if name not in offered:
         names = ", ".join(f"{each} ({ablation.title})" for each, ablation in offered.items())
         raise BenchError(f"{method.name} has no ablation {name!r}; there are {names}")
+    if not offered[name].rows:
+        raise BenchError(f"the ablation {name} of {method.name} has no rows")
     changed = {parameter for parameters in offered[name].rows.values() for parameter in parameters}
     if stated := sorted(changed & set(method.parameters)):
         raise BenchError(f"{method}: {' and '.join(stated)} is what rows of {name} change; leave it out")

@@ -16,17 +16,27 @@ import torch
 from torch import Tensor
 
 from retarget_bench import files
+from retarget_bench.errors import FileError
 from retarget_bench.files import LOCK
 from retarget_bench.training import tensor_files
 from retarget_bench.training.record import Run
+from retarget_bench.training.weights import RUN
 
-NAME = "run.json"
+NAME = RUN
+KIND = "the record of a training run"
 
 
 def read(folder: Path) -> Run | None:
     """The run that a folder holds; None: it holds none. Raises FileError."""
     path = folder / NAME
-    return tensor_files.read_record(path, Run, "the record of a training run") if path.exists() else None
+    if not path.exists():
+        return None
+    run = tensor_files.read_record(path, Run, KIND)
+    if min(run.recipe.batch, run.recipe.window) < 1 or min(run.steps, run.step, run.recipe.steps) < 0:
+        raise FileError(path, f"is not {KIND} (a number of rows, frames or steps is none or below zero)")
+    if run.scored_as.partition("[")[0] not in ("", run.method):
+        raise FileError(path, f"is not {KIND} (it is one of {run.method} and of {run.scored_as})")
+    return run
 
 
 def write(folder: Path, run: Run) -> None:

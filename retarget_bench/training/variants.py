@@ -1,5 +1,6 @@
 """Named variants and ablations of a method, from the TOML files beside its module."""
 
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -26,15 +27,19 @@ def read(path: Path, kind: type[T]) -> dict[str, T]:
     Raises FileError where a table does not fit.
     """
     tables, adapter = read_toml(path), TypeAdapter(kind)
+    if others := [name for name, table in tables.items() if not isinstance(table, dict)]:
+        raise FileError(path, f"has {others[0]}, which is no table; every variant is one")
     variants: dict[str, T] = {}
     for name in tables:
         try:
             table = _complete(tables, name)
-            variants[name] = adapter.validate_python(table)
+            variants[name] = adapter.validate_json(json.dumps(table, allow_nan=False), strict=True)
         except ValidationError as error:
             odd = error.errors()[0]
             place = ".".join(map(str, (name, *odd["loc"])))
             raise FileError(path, f"does not fit at {place}: {odd['msg']}") from None
+        except (TypeError, ValueError) as error:
+            raise FileError(path, f"does not fit at {name}: {error}") from None
         except KeyError as error:
             raise FileError(path, f"does not fit: {name} is like {error}, which is no other") from None
         if unknown := next(_unknown(table, asdict(variants[name])), ""):  # type: ignore[call-overload]

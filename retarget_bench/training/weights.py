@@ -24,6 +24,8 @@ LARGEST = 12_000_000
 """Bytes that a shipped file may have."""
 FEW = 4096
 """Numbers that a tensor may have to be kept in single precision."""
+RUN = "run.json"
+"""The record of a run, in its folder."""
 BEST = "weights"
 """The name of the best weights in a folder of ``bench train``."""
 
@@ -65,6 +67,7 @@ def locate(path: str | Path) -> Path:
     Raises FileError where there is none.
     """
     path = Path(path).expanduser()
+    path = path.parent if path.name == RUN else path
     named = path / BEST if path.is_dir() else path
     stem = named.with_suffix("") if named.suffix in (".safetensors", ".json") else named
     card = stem.with_name(f"{stem.name}.json")

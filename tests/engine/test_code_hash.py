@@ -119,6 +119,8 @@ def test_tables_beside_a_method_count(tmp_path):
     first = code_hash(own_files(tmp_path / "__init__.py"))
     table.write_text("[own]\nweight = 2.0\n")
     assert code_hash(own_files(tmp_path / "__init__.py")) != first
+    (tmp_path / "alone.py").write_text("plugin = None\n")
+    assert table in own_files(tmp_path / "alone.py")
 
 
 def test_names_of_files_count_and_their_order_and_folder_do_not(tmp_path):

@@ -54,6 +54,11 @@ def test_a_variant_is_as_another_but_for_what_its_table_says(tmp_path):
         ("[own]\n", "own.name"),
         ("[own]\nlike = 'paper'", "own is like 'paper'"),
         ("[own]\nlike = 'own'", "own is like 'own'"),
+        ("[own]\nname = 'a'\nnetwork = { dropout = true }", "own.network.dropout"),
+        ("[own]\nname = 'a'\nnetwork = { dropout = nan }", "at own"),
+        ("[own]\nname = 3", "own.name"),
+        ("width = 3", "has width, which is no table"),
+        ("[own]\nlike = ['own']", "at own"),
     ],
 )
 def test_what_does_not_fit_is_named(tmp_path, text, said):

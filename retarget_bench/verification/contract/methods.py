@@ -15,6 +15,7 @@ from retarget_bench.evaluation.tasks.points import PointsTask
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 from retarget_bench.plugins import registry
+from retarget_bench.plugins.bound import stages_fault
 from retarget_bench.plugins.post_processors import RECONSTRUCTION, Composed, Post
 from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
@@ -59,6 +60,8 @@ class MethodTrial(Trial[Method]):
         card = self.plugin.card
         if not (card.summary and card.version):
             yield "summary and version must not be empty"
+        if fault := stages_fault(self.plugin):
+            yield fault
         words = {"accepts": KINDS_OF_SOURCE, "needs": PRIVILEGED, "uses": ("training",), "tasks": TASKS}
         yield from self.card_fault(self.plugin.card, **words)
 
