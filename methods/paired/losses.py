@@ -1,4 +1,4 @@
-"""Losses of an answer against the right one, in per cent of the target's height.
+"""Losses, our own, of an answer against the right one, in per cent of the target's height.
 
 ``turns`` is a thousand times the squared sine of half an angle.
 """

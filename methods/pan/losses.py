@@ -25,7 +25,7 @@ def code_distance(a: Tensor, b: Tensor, measure: Literal["l1", "l2"]) -> Tensor:
 
 
 def end_effectors(source: Tensor, answer: Tensor, resting: bool) -> Tensor:
-    """Difference of how end effectors ``(rows, frames, ends, 3)`` move, in heights, and of where they rest.
+    """Difference of how end effectors ``(rows, frames, ends, 3)`` move, and of what moves while they rest.
 
     As released, the answer decides which of them rest, not the source. The second term is a mean over all
     of them, or, where ``resting``, over those that rest: zero where none does, as whose mean the released
@@ -52,7 +52,7 @@ def rescaled(velocity: Tensor, range_: Tensor) -> Tensor:
 class Answer(NamedTuple):
     """A motion as the losses compare it.
 
-    edges: normalised channels ``(rows, frames, edges + 1, 4)``. plain: with mean and deviation. local:
+    edges: normalised channels ``(rows, frames, edges + 1, 4)``. plain: the same, not normalised. local:
     joints, and end sites, relative to the root ``(rows, frames, joints + end sites, 3)``. positions: in the
     world; see ``Weights``. scale: ``(rows,)`` of both, what a unit of ``Features`` is in them.
     """

@@ -62,7 +62,7 @@ class SMRM(LearnedMethod):
     same: share of rows that go to their own body, as in NKN; in these rows the answer itself is compared
         with the clip too. context: see Table 3.
     noise: ours, of training: deviation of every coordinate of the source's joints from the true one, in
-        every frame anew, hip heights. For sources whose joints are found by ``skr``.
+        every frame anew, in the unit of lengths. For sources whose joints are found by ``skr``.
 
     The cycle loss on joints is the mean squared error of places relative to the hips plus that of the hips'
     path over the window, in units of the normalisation (metres, or hip heights). Adam is torch's, gradients

@@ -51,7 +51,7 @@ class SmrmConfig:
     same: float | None = None
     """share of training rows whose target is their own character; as the variant where it is not given"""
     noise: float = 0.0
-    """deviation of the source's joints in training from the true ones, hip heights (0: none)"""
+    """deviation of the source's joints in training from the true ones, in the unit of lengths (0: none)"""
     hidden: int = 512
     """numbers of a GRU's state"""
     weights: str = "puppets"
@@ -64,7 +64,7 @@ class SmrmConfig:
         if min(weights) < 0 or not 0 <= (self.same or 0.0) <= 1:
             raise BenchError("weights of smrm's losses cannot be negative, and same is a share from 0 to 1")
         if not 0.0 <= self.noise < 1.0:
-            raise BenchError("smrm: noise is a share of the hip height, from 0 to below 1")
+            raise BenchError("smrm: noise is from 0 to below 1, in the unit of lengths")
 
     @property
     def adversarial_weight(self) -> float:

@@ -253,15 +253,19 @@ class LearnedMethod(Method):
         if self._authors is not None:
             return self._authors.card(self.card)
         card = bundles.read_card(self._at)
+        self.check_weights(self._at, card)
+        return card
+
+    def check_weights(self, path: str | Path, card: Record) -> None:
+        """Raises BenchError where weights with this card are not this method's, as it is."""
         known, facts = self._completed(card.facts), self.facts()
         if newer := [name for name in facts.keys() - card.facts if facts[name] != known.get(name)]:
             raise BenchError(
-                f"{self._at}: these weights are older than {self.card.name}'s parameter {newer[0]}; leave "
+                f"{path}: these weights are older than {self.card.name}'s parameter {newer[0]}; leave "
                 f"it at its default {known.get(newer[0])}, train others, or, where answers alone depend on "
                 "it, name it in the method's answering"
             )
-        bundles.check(self._at, replace(card, facts=known), self.card.name, self.card.version, facts)
-        return card
+        bundles.check(path, replace(card, facts=known), self.card.name, self.card.version, facts)
 
     def _completed(self, facts: Mapping[str, Any]) -> Mapping[str, Any]:
         """A card's facts with the defaults of parameters that are newer than it."""

@@ -20,6 +20,7 @@ from retarget_bench.training import joint_datasets, log, parallel, run_folder, w
 from retarget_bench.training.card import OTHER_DATA, UNKNOWN, UNWATCHED, card, completed
 from retarget_bench.training.config import Augmentation, Budget, TrainingConfig, presets
 from retarget_bench.training.data import TrainingData, gather
+from retarget_bench.training.learned_method import LearnedMethod
 from retarget_bench.training.loop import LEAST, Loop, TrainingStatus
 from retarget_bench.training.pair_data import gather_pairs
 from retarget_bench.training.phases import set_deterministic
@@ -243,10 +244,10 @@ def _same(run: Run, options: TrainingOptions, method: Spec | None) -> Run:
     spec = Spec.parse(run.scored_as)
     built = _trainable(spec)
     version = str(built.card.version)
-    if (version, dict(built.facts())) != (run.version, run.facts):
+    before, now = {"version": run.version, **run.facts}, {"version": version, **built.facts()}
+    if other := [name for name in before | now if before.get(name) != now.get(name)]:
         raise BenchError(
-            f"{spec} is not what this run began with (version {run.version}, now {version}, or other "
-            "parameters); train anew in another folder"
+            f"{spec} is not what this run began with (its {', '.join(other)}); train anew in another folder"
         )
     if options.init is not None:
         contradicted("init", run.init, _initial_weights(spec, options.init).hash)
@@ -365,6 +366,11 @@ def _trainable(spec: Spec) -> Any:
     built = bound.method(spec).built
     if not all(hasattr(built, name) for name in ("presets", "prepare", "training_module")):
         raise BenchError(f"{spec.name} has nothing to train; bench info {spec.name} says what it is")
+    if built.card.name != spec.name:
+        raise BenchError(
+            f"the plug-in is called {spec.name}, and its card {built.card.name}: its weights would be of "
+            "neither; give both one name"
+        )
     return built
 
 
@@ -373,5 +379,8 @@ def _initial_weights(spec: Spec, name_or_path: str) -> weights.Bundle:
     built = _trainable(spec)
     shipped: Mapping[str, Path] = getattr(built, "shipped", dict)()
     bundle = weights.read(shipped.get(name_or_path, name_or_path))
-    weights.check(name_or_path, bundle.card, spec.name, str(built.card.version), built.facts())
+    if isinstance(built, LearnedMethod):
+        built.check_weights(name_or_path, bundle.card)
+    else:
+        weights.check(name_or_path, bundle.card, spec.name, str(built.card.version), built.facts())
     return bundle

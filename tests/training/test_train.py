@@ -311,7 +311,7 @@ def test_resume_begins_a_run_where_there_is_none_yet(toy_run):
             lambda: bound.method(Spec("toy_trainee")).built.__dict__.update(
                 facts=lambda: {"kind": "cubic"}
             ),
-            "or other",
+            "its kind",
         ),
     ],
 )

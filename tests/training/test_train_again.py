@@ -10,6 +10,7 @@ from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import run_folder, train, weights
 from retarget_bench.training.card_text import described
+from tests.training.conftest import TOYS
 
 
 def card(folder):
@@ -108,3 +109,20 @@ def test_a_run_knows_the_files_of_its_plug_ins(toy_run, tmp_path, monkeypatch):
     trained, _ = toy_run(method=None, data=None, resume=True, budget="8it")
     assert trained.steps == 8
     assert trained.command.startswith("bench train toy_trainee.py -d toy_walks.py ")
+
+
+def test_a_card_of_another_name_than_its_file_is_refused(toy_run, tmp_path):
+    renamed = tmp_path / "renamed.py"
+    renamed.write_text((TOYS / "toy_trainee.py").read_text())
+    registry.add_file(renamed)
+    with pytest.raises(BenchError, match="called renamed, and its card toy_trainee"):
+        toy_run(method="renamed")
+
+
+def test_a_run_of_other_parameters_names_them(toy_run, tmp_path):
+    toy_run(stop=20)
+    path = tmp_path / "run" / "run.json"
+    facts = json.loads(path.read_text())
+    path.write_text(json.dumps({**facts, "facts": {**facts["facts"], "depth": 3}}))
+    with pytest.raises(BenchError, match=r"not what this run began with \(its depth\)"):
+        toy_run(resume=True)
