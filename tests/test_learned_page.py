@@ -23,6 +23,7 @@ from retarget_bench.training import weights
 from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.training.phases import optimiser_phases, to_device
 from retarget_bench.training.record import Record
+from retarget_bench.verification import contract
 
 sys.path.insert(0, str(Path(__file__).parent / "methods"))
 from method_bodies import body, dance, without
@@ -138,3 +139,8 @@ def test_the_examples_of_the_page_run(pair, tmp_path) -> None:
     example = names["Mine"]
     assert example().card.needs == ()
     assert example(statistics="target").card.needs == ("target_motions",)
+
+
+def test_the_contract_of_an_untrained_method_ends_where_nothing_is_answered() -> None:
+    *_, last = contract.check("methods", "learned_pose")
+    assert "no case was answered, so the rest was not checked: learned_pose has no weights" in last.problem

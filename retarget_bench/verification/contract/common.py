@@ -49,7 +49,7 @@ def demand(text: str) -> Callable[[CheckMethod], CheckMethod]:
 
 class Trial(Generic[P]):
     """A plug-in under test. Iterating makes its checks in the order in which the class lists them; each is
-    made whatever came of the others.
+    made whatever came of the others, unless one is ``over``.
 
     Raises BenchError if the plug-in cannot be built.
     """
@@ -57,7 +57,7 @@ class Trial(Generic[P]):
     kind: ClassVar[registry.Kind]
 
     def __init__(self, spec: Spec) -> None:
-        self.spec = spec
+        self.spec, self.over = spec, False
         self.plugin: P = registry.create(self.kind, spec)
 
     def __iter__(self) -> Iterator[Check]:
@@ -70,6 +70,8 @@ class Trial(Generic[P]):
                 except Exception as error:  # the plug-in's own fault: it costs this check only
                     problem = one_line(error)
                 yield Check(text, problem)
+            if self.over:
+                return
 
     def card_fault(self, card: Any, **allowed: Iterable[str]) -> Problems:
         """The faults of a card: unknown words, another name, or a parameter without a line."""

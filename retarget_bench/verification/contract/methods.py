@@ -76,7 +76,9 @@ class MethodTrial(Trial[Method]):
     def answers(self) -> Problems:
         outcomes = [self._ask(case) for case in self.cases]
         if not any(outcome.prediction for outcome in outcomes):
-            yield f"no case was answered: {'; '.join(sorted({outcome.message for outcome in outcomes}))}"
+            self.over = True
+            reasons = "; ".join(sorted({outcome.message for outcome in outcomes}))
+            yield f"no case was answered, so the rest was not checked: {reasons}"
         yield from self._problems(self.cases)
 
     @demand("a clip of one frame is answered or refused")
