@@ -14,6 +14,7 @@ of all positions in the pose and, where the contender offers it, in the root's p
 from __future__ import annotations
 
 import argparse
+import os
 import platform
 import statistics
 import time
@@ -28,6 +29,7 @@ from pymotion.ops import skeleton_torch as pymotion_torch
 
 from retarget_bench.motion import kinematics, kinematics_torch, rotation
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.training.card import hardware
 
 PARENTS = (-1, 0, 1, 2, 3, 4, 3, 6, 7, 8, 3, 10, 11, 12, 0, 14, 15, 16, 0, 18, 19, 20, 17, 21)
 SIZES = ((1, 1), (1, 64), (256, 64))
@@ -203,9 +205,8 @@ def main() -> None:
     torch.set_num_threads(options.threads)
     packages = ("numpy", "torch", "upc-pymotion", "pytorch_kinematics")
     print(", ".join(f"{name} {version(name)}" for name in packages), f"Python {platform.python_version()}")
-    print(
-        f"{options.threads} torch threads, {options.device}, medians of {options.repeats} repeats or more"
-    )
+    print(f"{hardware(torch.device(options.device))}, load {os.getloadavg()[0]:.1f}")
+    print(f"medians of {options.repeats} repeats or more")
     skeleton = body()
     for sequences, frames in SIZES:
         size = f"{sequences} x {frames} frames x {len(PARENTS)} joints"
