@@ -11,7 +11,7 @@ from torch.utils.data import default_collate
 
 from retarget_bench.api import MethodCard
 from retarget_bench.motion import facing, rates, rotation
-from retarget_bench.motion.body22 import JOINTS, SKELETON, Body22, unfit
+from retarget_bench.motion.body22 import JOINTS, SKELETON, Body22
 from retarget_bench.motion.kinematics_torch import Tree, forward
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Phase
@@ -116,13 +116,11 @@ class Config:
 class LearnedPose(LearnedMethod):
     """Rotations by a network that sees where joints are, and the source's path scaled by hip heights."""
 
+    over_roles = True  # which every body on two legs has, or nearly
     from_pairs = True  # trained on the same performances by two bodies
     Config = Config
     card = MethodCard("learned_pose", "Rotations by a network", "1", accepts=("motion", "positions"))
     presets = {"default": TrainingConfig(steps=2000, batch=16, window=16, rate=2e-3, schedule="cosine")}
-
-    def unfit(self, character):
-        return unfit(character, "learned_pose")
 
     def prepare(self, motion):
         return see(motion) | {"rotations": Body22(motion.character).see(motion)[0]}

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
@@ -16,7 +17,7 @@ from retarget_bench.training.config import TrainingConfig, on_gpu
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
-from .features import body, unfit
+from .features import body
 from .settings import DESIGNS, DIFFERS, PUBLISHED, HumotConfig
 
 if TYPE_CHECKING:
@@ -91,8 +92,19 @@ class HuMoT(LearnedMethod):
         return self.config.root_rule
 
     # ---------------------------------------------------------------------------------------- training
-    def unfit(self, character: Character) -> str:
-        return unfit(character)
+    def unfit(self, character: Character, read: bool = False) -> str:
+        """read: whether it is enough that it can be read."""
+        if character.four_legged:
+            return f"{character.name} stands on four legs; HuMoT knows bodies on two"
+        if not read and "hips" not in character.joint_of:
+            return f"no joint of {character.name} is known as hips; name it in a roles file"
+        try:
+            major = body(character.whole or character).major
+        except SkeletonError as error:
+            return str(error)
+        if not major.any():
+            return f"{character.name} has none of the joints that clips are centred on (ankles to wrists)"
+        return ""
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         own = body(motion.character)
@@ -111,7 +123,7 @@ class HuMoT(LearnedMethod):
     def supports(self, source: Character, target: Character) -> str | None:
         if self.untrained:
             return self.untrained
-        why = unfit(source, read=True) or unfit(target)
+        why = self.unfit(source, read=True) or self.unfit(target)
         return why or root_rules.reason(self.config.root_rule, source, target)
 
     def retarget_batch(

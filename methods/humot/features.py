@@ -7,7 +7,6 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from retarget_bench.api.comparison import body_joints, structure_joints
-from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import aligned, rotation, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.fitting.fit import fit
@@ -159,21 +158,6 @@ def size_factor(height: float) -> float:
 def upright(positions: np.ndarray) -> np.ndarray:
     """``(..., 3)`` from left, up, ahead to right, ahead, up; and back again."""
     return np.stack([-positions[..., 0], positions[..., 2], positions[..., 1]], axis=-1)
-
-
-def unfit(character: Character, read: bool = False) -> str:
-    """Reason why a body cannot be trained on and written, or read; "" if there is none."""
-    if character.four_legged:
-        return f"{character.name} stands on four legs; HuMoT knows bodies on two"
-    if not read and "hips" not in character.joint_of:
-        return f"no joint of {character.name} is known as hips; name it in a roles file"
-    try:
-        major = body(character.whole or character).major
-    except SkeletonError as error:
-        return str(error)
-    if not major.any():
-        return f"{character.name} has none of the joints that clips are centred on (ankles to wrists)"
-    return ""
 
 
 def blank(joints: Sequence[int], frames: int) -> dict[str, np.ndarray]:

@@ -18,7 +18,7 @@ from retarget_bench.training.learned_method import LearnedMethod
 
 from .inference import retargeted
 from .network import Pooling, PoseTransfer
-from .surfaces import on_mesh, unfit
+from .surfaces import on_mesh
 from .training import NptTraining
 
 
@@ -99,11 +99,15 @@ class NPT(LearnedMethod):
 
     # -------------------------------------------------------------------------------------- training
     def unfit(self, character: Character) -> str:
-        return unfit(character)
+        if character.skin is None:
+            return f"npt moves the vertices of a mesh, and {character.name} has none"
+        if character.four_legged:
+            return f"npt learns people's poses, and {character.name} stands on four legs"
+        return ""
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         if motion.character.skin is None:
-            raise NotSupported(unfit(motion.character))
+            raise NotSupported(self.unfit(motion.character))
         return moves(motion, motion.root)
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> NptTraining:
@@ -113,7 +117,7 @@ class NPT(LearnedMethod):
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
-        return self.untrained or unfit(target) or None
+        return self.untrained or self.unfit(target) or None
 
     def retarget(self, source: Motion | PointSets, target: Character, *, context: Context) -> Surface:
         """The target's vertices in the poses of a sequence of points; those of a motion lie on its mesh."""

@@ -22,15 +22,6 @@ POINTS = 2048
 """Of each frame, where the source is a motion with a mesh."""
 
 
-def unfit(character: Character) -> str:
-    """Reason why a character cannot be a target, as a sentence; "" where it can."""
-    if character.skin is None:
-        return f"npt moves the vertices of a mesh, and {character.name} has none"
-    if character.four_legged:
-        return f"npt learns people's poses, and {character.name} stands on four legs"
-    return ""
-
-
 @dataclass(frozen=True, eq=False)
 class Identity:
     """A target's vertices in the T-pose.

@@ -8,7 +8,6 @@ import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion.body22 import unfit
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training.config import TrainingConfig, on_gpu
@@ -75,6 +74,7 @@ class Paired(LearnedMethod):
 
     Config = PairedConfig
     config: PairedConfig
+    over_roles = True
     answering = ("feet",)
     presets: Mapping[str, TrainingConfig] = PRESETS
     card = MethodCard(
@@ -86,9 +86,6 @@ class Paired(LearnedMethod):
     )
 
     # -------------------------------------------------------------------------------------- training
-    def unfit(self, character: Character) -> str:
-        return unfit(character, self.card.name)
-
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         return RoleBody(motion.character).see(motion)
 

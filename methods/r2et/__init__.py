@@ -10,7 +10,6 @@ import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.motion import body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training import weights
@@ -76,6 +75,7 @@ class R2ET(LearnedMethod):
 
     Config = R2etConfig
     config: R2etConfig
+    over_roles = True
     answering = ("size",)
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(steps=30 * 1952 // 32, batch=32, window=60, rate=1e-3, schedule="cosine"),
@@ -104,9 +104,6 @@ class R2ET(LearnedMethod):
     @classmethod
     def authors_weights(cls, path: Path) -> AuthorsWeights | None:
         return released.at(path)
-
-    def unfit(self, character: Character) -> str:
-        return body22.unfit(character, self.card.name)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         """``rotations`` ``(frames, 22, 4)`` and ``positions`` ``(frames, 22, 3)`` centimetres as the losses

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 from retarget_bench.api import Context, MethodCard, Prediction
-from retarget_bench.errors import NotSupported
+from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -22,7 +22,7 @@ from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
 from . import released
-from .bodies import RATIO, body, unfit
+from .bodies import RATIO, body
 from .features import see
 from .inference import retargeted
 from .network import Autoencoder
@@ -99,7 +99,11 @@ class Same(LearnedMethod):
 
     # -------------------------------------------------------------------------------------- training
     def unfit(self, character: Character) -> str:
-        return unfit(character)
+        try:
+            body(character).skeleton  # noqa: B018 - raises where there is none
+        except SkeletonError as error:
+            return str(error)
+        return root_rules.reason(RATIO, character, character) or ""
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         return {"nodes": see(body(motion.character), motion)}

@@ -6,8 +6,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from retarget_bench.api.comparison import body_joints
-from retarget_bench.errors import SkeletonError
-from retarget_bench.motion import root_rules, rotation
+from retarget_bench.motion import rotation
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import is_tip
@@ -78,12 +77,3 @@ class SameBody:
 @lru_cache(maxsize=1024)
 def body(character: Character) -> SameBody:
     return SameBody(character)
-
-
-def unfit(character: Character) -> str:
-    """Reason why SAME cannot take a body, as a sentence; "" where it can."""
-    try:
-        body(character).skeleton  # noqa: B018 - raises where there is none
-    except SkeletonError as error:
-        return str(error)
-    return root_rules.reason(RATIO, character, character) or ""

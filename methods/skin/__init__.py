@@ -78,6 +78,7 @@ class SKIN(LearnedMethod):
 
     Config = SkinConfig
     config: SkinConfig
+    over_roles = True
     answering = ("skr",)
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(
@@ -103,7 +104,7 @@ class SKIN(LearnedMethod):
     def unfit(self, character: Character) -> str:
         if character.skin is None:
             return f"{character.name} has no mesh to pose"
-        return body22.unfit(character, "skin")
+        return super().unfit(character)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         return moves_about_hips(motion)

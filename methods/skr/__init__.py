@@ -105,6 +105,7 @@ class SKR(LearnedMethod):
 
     Config = SkrConfig
     config: SkrConfig
+    over_roles = True
     answering = ("points", "views")
     presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(
@@ -140,7 +141,7 @@ class SKR(LearnedMethod):
     def unfit(self, character: Character) -> str:
         if character.skin is None:
             return f"{character.name} has no mesh to draw points from"
-        return body22.unfit(character, "skr")
+        return super().unfit(character)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         return moves_about_hips(motion)

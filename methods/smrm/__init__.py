@@ -8,7 +8,6 @@ import numpy as np
 import torch
 
 from retarget_bench.api import Context, MethodCard, Prediction
-from retarget_bench.motion import body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Scalar
@@ -72,6 +71,7 @@ class SMRM(LearnedMethod):
 
     Config = SmrmConfig
     config: SmrmConfig
+    over_roles = True
     answering = ("path", "variant")
     card = MethodCard(
         name="smrm",
@@ -119,9 +119,6 @@ class SMRM(LearnedMethod):
         """The parameters that weights depend on; of the variant, what it decides."""
         config = self.config
         return {**super().facts(), "adversarial": config.adversarial_weight, "same": config.same_share}
-
-    def unfit(self, character: Character) -> str:
-        return body22.unfit(character, self.card.name)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         return self.features.see(motion)

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from retarget_bench.api import Ablation, Context, Method, MethodCard
 from retarget_bench.errors import BenchError
+from retarget_bench.motion import body22
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.parameters import documented
@@ -59,11 +60,13 @@ class LearnedMethod(Method):
         ``bench info`` and in the card. It has ``weights``: the name of weights in the folder ``weights``
         beside the method's module, or a path: of a card, of a file of tensors, of a folder that
         ``bench train`` wrote, or to ``authors_weights``. Raises BenchError for what cannot be.
+    over_roles: whether it sees bodies over the 22 roles of ``motion/body22.py``, in hip heights.
     answering: parameters that answers depend on and weights do not, beside ``weights``.
     """
 
     Config: ClassVar[type[Any]] = WeightsConfig
     config: Any
+    over_roles: ClassVar[bool] = False
     answering: ClassVar[tuple[str, ...]] = ()
     card: MethodCard
 
@@ -190,9 +193,9 @@ class LearnedMethod(Method):
                     getattr(self, name)
 
     # --------------------------------------------------------------------------------- retargeting
-    def unfit(self, character: Character) -> str:  # noqa: ARG002
+    def unfit(self, character: Character) -> str:
         """Reason why a body can be neither source nor target nor trained on; "" if it can."""
-        return ""
+        return body22.unfit(character, self.card.name) if self.over_roles else ""
 
     def supports(self, source: Character, target: Character) -> str | None:
         """Reason why there is no answer; None where there is one."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from retarget_bench.motion.body22 import Body22, unfit
+from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.structures import BODY22
 from retarget_bench.training.layers.kinematic.retargeter import SightRetargeter
@@ -13,8 +13,7 @@ STRUCTURE = "body22"
 class OneStructure(SightRetargeter):
     """All bodies are seen over the 22 roles, whatever their structure."""
 
-    def unfit(self, character: Character) -> str:
-        return unfit(character, self.card.name)
+    over_roles = True
 
     def body(self, character: Character) -> Body22:
         return Body22.of(character)

@@ -113,10 +113,6 @@ class SightRetargeter(LearnedMethod):
         """The structure whose networks a character goes through."""
 
     @abstractmethod
-    def unfit(self, character: Character) -> str:
-        """Reason why a character can be neither source nor target nor trained on; "" if it can."""
-
-    @abstractmethod
     def generator(self, joints: int) -> nn.Module:
         """New networks of a structure with so many joints, with a ``scale``."""
 
