@@ -211,7 +211,7 @@ def _weights(factory: Any, spec: Spec) -> list[str]:
     explicit = spec.parameters.get("weights")
     names = [str(explicit)] if explicit else list(factory.shipped())
     if not names:
-        written = registry.written("methods", Spec(spec.name))
+        written = named.written(Spec(spec.name), places=False)
         return ["", f"Weights: none are shipped; bench train {written} makes some"]
     lines = []
     for name in names:

@@ -54,9 +54,11 @@ def with_names(text: str) -> str:
     return _FILE.sub(lambda file: add_file(file[0]).name, text.strip())
 
 
-def written(spec: Spec) -> str:
-    """The text that ``parse`` reads as this spec, also in a process that does not know its files yet."""
-    files = {Path(path).stem: path for path, _ in registry.files()}
+def written(spec: Spec, places: bool = True) -> str:
+    """The text that ``parse`` reads as this spec, also in a process that does not know its files yet.
+
+    places: with where these files lie, else by their names alone."""
+    files = {Path(path).stem: path if places else Path(path).name for path, _ in registry.files()}
     parts = [(spec.alone if not spec.environment else replace(spec, posts=())), *spec.posts]
     return "+".join(files.get(each.name, each.name) + str(each).removeprefix(each.name) for each in parts)
 

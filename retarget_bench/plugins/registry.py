@@ -95,11 +95,6 @@ class PluginEntry:
         return self.module.startswith(_FILE_MODULE)
 
     @property
-    def written(self) -> str:
-        """What stands for it in commands wherever its file lies: its name, or that of the file."""
-        return Path(self.origin).name if self.by_file else self.name
-
-    @property
     def code_files(self) -> set[Path]:
         """The Python files whose text decides what it does; nothing is imported.
 
@@ -158,12 +153,6 @@ def _matching(name: str, entries: list[PluginEntry]) -> list[PluginEntry]:
 def code_files(kind: Kind, name: str) -> set[Path]:
     """``code_files`` of the plug-in of this name. Raises BenchError."""
     return find(kind, name).code_files
-
-
-def written(kind: Kind, spec: Spec) -> str:
-    """The text of a spec with the name of the plug-in's file in place of its own, where it has one."""
-    entry = next((each for each in names(kind) if each.name == spec.name), None)
-    return (entry.written if entry else spec.name) + str(spec).removeprefix(spec.name)
 
 
 def spelled(text: str, kinds: tuple[Kind, ...] = KINDS) -> str:

@@ -20,7 +20,7 @@ from retarget_bench.api import Ablation, Context, Method, MethodCard
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import body22
 from retarget_bench.motion.character import Character
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import named, registry
 from retarget_bench.plugins.parameters import documented
 from retarget_bench.plugins.spec import Scalar, Spec
 from retarget_bench.training import variants
@@ -149,7 +149,7 @@ class LearnedMethod(Method):
         name, others = self.card.name, ", ".join(self.shipped())
         if others:
             return f"{name} has no weights {self.config.weights!r}; there are {others}"
-        return f"{name} has no weights; bench train {registry.written('methods', Spec(name))} makes some"
+        return f"{name} has no weights; bench train {named.written(Spec(name), places=False)} makes some"
 
     @property
     def usual_weights(self) -> str:

@@ -14,7 +14,7 @@ from retarget_bench.api import Dataset
 from retarget_bench.api.completing import complete
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.header_builder import versions
-from retarget_bench.plugins import bound, registry
+from retarget_bench.plugins import bound, named, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import joint_datasets, log, parallel, run_folder, weights
 from retarget_bench.training.card import OTHER_DATA, UNKNOWN, UNWATCHED, card, completed
@@ -328,8 +328,8 @@ def _new(options: TrainingOptions, method: Spec) -> Run:
 def _command(run: Run) -> str:
     """The command that asks for a run, without places of files."""
     recipe, data = run.recipe, joint_datasets.split_spec(Spec.parse(run.data.spec))
-    parts = ["bench", "train", registry.written("methods", Spec.parse(run.scored_as))]
-    parts += [word for each in data for word in ("-d", registry.written("datasets", each))]
+    parts = ["bench", "train", named.written(Spec.parse(run.scored_as), places=False)]
+    parts += [word for each in data for word in ("-d", named.written(each, places=False))]
     parts += ["--preset", run.preset]
     parts += ["--budget", run.budget] if run.budget else []
     parts += ["--precision", recipe.precision] if recipe.precision != TrainingConfig.precision else []

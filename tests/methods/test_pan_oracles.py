@@ -379,8 +379,9 @@ def test_gradients_are_as_long_as_theirs(which: str, request: pytest.FixtureRequ
             expected = float(case.step[f"{room}{key}"])
             assert own.grad is not None
             # some hidden numbers of the embedding are zero but for rounding, where a rectifier bends; the
-            # last bias is a sum of what nearly cancels
-            rounding = {"joint_pos_encoder": 2e-4, "dec.layers.1.1.bias": 5e-5}
+            # last bias is a sum of what nearly cancels: with our backward pass of kinematics in double
+            # precision their number is as far off, 2.04e-5
+            rounding = {"joint_pos_encoder": 2e-4, "dec.layers.1.1.bias": 2.5e-5}
             near = next((each for part, each in rounding.items() if part in key), 2e-5)
             assert own.grad.norm().item() == pytest.approx(expected, rel=near), (name, key)
             compared += 1
