@@ -294,8 +294,9 @@ def _factory(entry: PluginEntry) -> Callable[..., Any]:
     for part in entry.attribute.split("."):
         factory = getattr(factory, part, None)
     if not callable(factory):
+        module = "it" if entry.by_file else f"module {entry.module}"  # whose name for a file is our own
         raise BenchError(
-            f"{entry}: module {entry.module} has no {entry.attribute} that can be called; "
+            f"{entry}: {module} has no {entry.attribute} that can be called; "
             f"a plug-in's module ends with a line such as {entry.attribute} = MyMethod"
         )
     return factory
