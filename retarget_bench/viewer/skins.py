@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -10,8 +11,9 @@ from retarget_bench.motion import rotation
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion
 
-MOST = 3000
-"""Triangles of a skin: of those with more, corners that are close to each other are put together."""
+IN_PAGES, LIVE = 3000, 12000
+"""Triangles of a skin at most, in a page and in the live view: of those with more, corners that are close
+to each other are put together."""
 FOLLOWED = 4
 """Joints that a corner follows, those with the largest shares."""
 FULL_WEIGHT = 1023
@@ -25,7 +27,7 @@ _SHIFT = 0.37
 class Skin:
     """A mesh as pages have it, its corners in the order in which its faces ask for them.
 
-    mesh:   of at most ``MOST`` triangles, which are all that its corners are for.
+    mesh:   its corners are all for its triangles.
     joints: ``(used,)`` those that are followed. followed: ``(vertices, FOLLOWED)`` places among them, the
             largest share first. shares: ``(vertices, FOLLOWED)`` whole numbers that sum to ``FULL_WEIGHT``.
     place:  of each vertex of the whole mesh its corner here, -1 for those that no face is left of.
@@ -38,9 +40,11 @@ class Skin:
     place: np.ndarray
 
     @classmethod
-    def of(cls, mesh: Mesh) -> Skin:
-        """The compact skin of a mesh. Where shares are left out, the others grow by as much."""
-        merged, into = _merged(mesh, MOST)
+    @lru_cache(maxsize=16)
+    def of(cls, mesh: Mesh, most: int) -> Skin:
+        """The compact skin of a mesh, of at most so many triangles. Where shares are left out, the others
+        grow by as much."""
+        merged, into = _merged(mesh, most)
         small, number = _in_order(merged)
         order = np.argsort(-small.weights, axis=1, kind="stable")[:, :FOLLOWED]
         weights = np.take_along_axis(small.weights, order, axis=1)
