@@ -233,7 +233,9 @@ class Solid:
         if mesh is None or not (self.skinned and self.figure.testable):
             return []
         lit = self.figure.inside_at(frame)[mesh.faces].any(axis=1)
-        return list(self._faces(frame, camera, target, FARTHEST * max(size), lit, [LIT]))
+        return (
+            list(self._faces(frame, camera, target, FARTHEST * max(size), lit, [LIT])) if lit.any() else []
+        )
 
     def _dots(self, frame: int, camera: Camera, target: np.ndarray, limit: float) -> Iterator[Piece]:
         """Points, the near ones darker; on a skin, dark in front of it and hidden behind it."""

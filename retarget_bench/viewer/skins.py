@@ -44,8 +44,8 @@ class Skin:
     def of(cls, mesh: Mesh, most: int) -> Skin:
         """The compact skin of a mesh, of at most so many triangles. Where shares are left out, the others
         grow by as much."""
-        merged, into = _merged(mesh, most)
-        small, number = _in_order(merged)
+        fewer, into = merged(mesh, most)
+        small, number = _in_order(fewer)
         order = np.argsort(-small.weights, axis=1, kind="stable")[:, :FOLLOWED]
         weights = np.take_along_axis(small.weights, order, axis=1)
         shares = _quantized(weights / weights.sum(axis=1, keepdims=True))
@@ -87,16 +87,12 @@ class Skin:
         return rotation.continuous(turns[:, self.joints])
 
 
-def thinned(mesh: Mesh, most: int) -> Mesh:
-    """A mesh of at most so many triangles: corners in the same cell of a grid that follow the same joint
-    most become one in their middle (vertex clustering, Rossignac and Borrel 1993); the cells are as small
-    as they can be.
+def merged(mesh: Mesh, most: int) -> tuple[Mesh, np.ndarray]:
+    """A mesh of at most so many triangles, and ``(vertices,)`` the vertex that each vertex became part of.
+
+    Corners in the same cell of a grid that follow the same joint most become one in their middle (vertex
+    clustering, Rossignac and Borrel 1993); the cells are as small as they can be.
     """
-    return _merged(mesh, most)[0]
-
-
-def _merged(mesh: Mesh, most: int) -> tuple[Mesh, np.ndarray]:
-    """The thinned mesh, and ``(vertices,)`` the vertex that each vertex of the mesh became part of."""
     if len(mesh.faces) <= most:
         return mesh, np.arange(len(mesh.vertices))
     high = float(np.ptp(mesh.vertices, axis=0).max()) or 1.0
