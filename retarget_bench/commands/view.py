@@ -55,10 +55,11 @@ def command(sources: tuple[str, ...], options: Options) -> None:
             f"port {options.port} cannot be used ({error.strerror}); choose another by --port, or 0 for "
             "any that is free"
         ) from error
-    echo(f"{window.url} shows it; Ctrl-C stops")
-    if not options.no_open:
-        _open(window.url)
     try:
+        window.check()
+        echo(f"{window.url} shows it; Ctrl-C stops")
+        if not options.no_open:
+            _open(window.url)
         window.serve_forever()
     except KeyboardInterrupt:
         echo("stopped")
@@ -78,9 +79,7 @@ def _case_list(sources: Sequence[str], options: Options) -> tuple[CaseList, str 
         if len(paths) == 1 and (stored := results_library.place_of(paths[0])) is not None:
             place, case = stored
             return CaseList([place.root], place.task, place.dataset, root=options.root), case
-        case_list = CaseList(files=paths)
-        case_list.scene("")  # says now what is wrong with them
-        return case_list, None
+        return CaseList(files=paths), None
     names = [source for source in sources if not Path(source).is_dir()]
     if len(names) > 1 or (names and folders):
         raise BenchError("give folders of results, or one case, or motion files")

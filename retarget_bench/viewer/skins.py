@@ -108,9 +108,10 @@ def merged(mesh: Mesh, most: int) -> tuple[Mesh, np.ndarray]:
 
 def _clustered(mesh: Mesh, step: float) -> tuple[Mesh, np.ndarray]:
     cells = np.floor(mesh.vertices / step + _SHIFT).astype(np.int64)
-    keys = np.column_stack([cells, mesh.weights.argmax(axis=1)])
-    _, place, held = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    place = place.reshape(-1)
+    cells -= cells.min(axis=0)
+    number = np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1))
+    keys = number * mesh.weights.shape[1] + mesh.weights.argmax(axis=1)
+    _, place, held = np.unique(keys, return_inverse=True, return_counts=True)
     faces = place[mesh.faces]
     proper = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
 

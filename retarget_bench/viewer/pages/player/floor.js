@@ -78,6 +78,8 @@ function drawField(context, view, ground, reach, theme) {
       view.project(...corner, out, 0);
       return out;
     });
+    const [a, b, , d] = places;
+    if ((b[0] - a[0]) * (d[1] - a[1]) < (d[0] - a[0]) * (b[1] - a[1])) continue; // it looks away
     seen.push({ places, steep, away: places.reduce((sum, place) => sum + place[2], 0) });
   }
   seen.sort((one, other) => other.away - one.away);
@@ -87,7 +89,7 @@ function drawField(context, view, ground, reach, theme) {
     context.beginPath();
     for (const [x, y] of places) context.lineTo(x, y);
     context.closePath();
-    context.fillStyle = mixed(theme.band, theme.grid, 0.65 * steep);
+    context.fillStyle = mixed(theme.stage, theme.grid, 0.15 + 0.5 * steep);
     context.fill();
     context.globalAlpha = FLOOR_INK;
     context.stroke();
