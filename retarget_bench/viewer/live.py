@@ -45,7 +45,7 @@ class Window(ThreadingHTTPServer):
         self._scene = lru_cache(maxsize=4)(self._packable)
 
     def check(self) -> None:
-        """Make the scene of files, which the page asks for first. Raises BenchError where they have none."""
+        """The scene of files, which the page asks for first. Raises BenchError where they have none."""
         if self.case_list.files:
             self._scene("", self.case_list.state())
 

@@ -199,7 +199,7 @@ def test_it_plays_in_a_browser_and_follows_its_file(tmp_path, serving, browser):
         tab.get_by_text("/ 6").wait_for()
         assert not tab.locator("#case").is_visible()
         bvh_file(file, 9)
-        tab.get_by_text("/ 9").wait_for(timeout=10_000)
+        tab.get_by_text("/ 9").wait_for(timeout=60_000)
     finally:
         tab.close()
 
