@@ -47,19 +47,24 @@ def command(sources: tuple[str, ...], options: Options) -> None:
     from retarget_bench.viewer import live
 
     check_task(options.task)
-    live.viser()
     case_list, case = _case_list(sources, options)
-    _free(options.port)
-    window = live.Window(case_list, options.port, case)
-    echo(f"{window.url} shows it; Ctrl-C stops")
-    if not options.no_open:
-        _open(window.url)
     try:
-        window.run()
+        window = live.Window(case_list, options.port, case)
+    except OSError as error:
+        raise BenchError(
+            f"port {options.port} cannot be used ({error.strerror}); choose another by --port, or 0 for "
+            "any that is free"
+        ) from error
+    try:
+        window.check()
+        echo(f"{window.url} shows it; Ctrl-C stops")
+        if not options.no_open:
+            _open(window.url)
+        window.serve_forever()
     except KeyboardInterrupt:
         echo("stopped")
     finally:
-        window.stop()
+        window.server_close()
 
 
 def _case_list(sources: Sequence[str], options: Options) -> tuple[CaseList, str | None]:
@@ -74,9 +79,7 @@ def _case_list(sources: Sequence[str], options: Options) -> tuple[CaseList, str 
         if len(paths) == 1 and (stored := results_library.place_of(paths[0])) is not None:
             place, case = stored
             return CaseList([place.root], place.task, place.dataset, root=options.root), case
-        case_list = CaseList(files=paths)
-        case_list.scene("")  # says now what is wrong with them
-        return case_list, None
+        return CaseList(files=paths), None
     names = [source for source in sources if not Path(source).is_dir()]
     if len(names) > 1 or (names and folders):
         raise BenchError("give folders of results, or one case, or motion files")
@@ -88,23 +91,6 @@ def _case_list(sources: Sequence[str], options: Options) -> tuple[CaseList, str 
     if not cases and not any(folder.is_dir() for folder in roots):
         raise BenchError(f"there is no folder {', '.join(map(str, roots))}; bench run makes one")
     return case_list, results_library.matching(cases, names[0]) if names else None
-
-
-def _free(port: int) -> None:
-    """Raises BenchError where another program listens at a port."""
-    import socket
-
-    from retarget_bench.viewer.live import HOST
-
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind((HOST, port))
-        except OSError as error:
-            raise BenchError(
-                f"port {port} cannot be used ({error.strerror}); choose another by --port, or 0 for any "
-                "that is free"
-            ) from error
 
 
 def _open(url: str) -> None:

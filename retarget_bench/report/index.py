@@ -13,6 +13,7 @@ from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.motions import PackedScenes
 from retarget_bench.results.store import case_file
+from retarget_bench.tables.finding import RECALL
 from retarget_bench.tables.model import Column
 from retarget_bench.viewer import player
 
@@ -44,6 +45,8 @@ OF_EACH = frozenset(["kind", "level", "structure"])
 """Of what groups of cases a case is listed in any event."""
 MOST_SEEN = 8
 """Methods that are seen at once without being asked for."""
+CALM = 0.5
+"""Weight of liveliness beside each difference of two answers, in the choice of the first case."""
 NOT_STORED = "its prediction is not stored any more"
 
 
@@ -92,20 +95,40 @@ def _data(
             for c, chapter in enumerate(chapters)
         ],
         "colours": {label: style.colour for label, style in styles.items()},
-        "first": _first(shown),
+        "first": _first(chapters, shown),
     }
 
 
-def _first(shown: PackedScenes) -> list[int] | None:
-    """The liveliest case of the first split that can be seen."""
+def _first(chapters: Sequence[Chapter], shown: PackedScenes) -> dict[str, list[int]] | None:
+    """A case of the first split that can be seen, and two methods whose answers to it look most different:
+    the best one, and one whose feet lose their contacts and whose joints are farther off; in a lively
+    case rather than in one that rests."""
     if not shown.places:
         return None
-    chapter, split, _ = next(iter(shown.places))
-    return [
-        *max(
-            (place for place in shown.places if place[:2] == (chapter, split)), key=shown.lively.__getitem__
-        )
-    ]
+    chapter, at, _ = next(iter(shown.places))
+    split = chapters[chapter].splits[at]
+    cases = [case for c, s, case in shown.places if (c, s) == (chapter, at)]
+    methods = _seen_first(split)
+    order = getattr(split.section.rankings.get(split.main.id), "order", ())
+    best = split.labels.index(order[0]) if order else next(iter(methods), 0)
+    lively = np.array([shown.lively[chapter, at, case] for case in cases])
+    score = np.zeros((len(split.labels), len(cases)))
+    for value in split.values:
+        if value in (split.main, _contacts(split)):
+            losses = statistics.losses(split.matrix.numbers((value.id, "")), value.better, value.goal)[
+                :, cases
+            ]
+            worse = np.nan_to_num(losses - losses[best], nan=0.0, posinf=0.0, neginf=0.0)
+            score += worse / max(worse[methods].max(initial=0.0), 1e-9)
+    score += CALM * lively / max(lively.max(), 1e-9)
+    others = [method for method in methods if method != best] or [best]
+    method, case = np.unravel_index(score[others].argmax(), (len(others), len(cases)))
+    return {"case": [chapter, at, cases[case]], "methods": [*dict.fromkeys((best, others[method]))]}
+
+
+def _contacts(split: Split) -> Column | None:
+    """The share of contacts that is kept, where the tables of a split have it."""
+    return next((value for value in split.values if value.id == RECALL), None)
 
 
 def _seen_first(split: Split) -> list[int]:

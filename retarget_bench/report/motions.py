@@ -11,11 +11,11 @@ from tqdm import tqdm
 
 from retarget_bench.errors import BenchError
 from retarget_bench.report.chapters import Chapter, Split
-from retarget_bench.report.penetration import penetration
 from retarget_bench.tables.model import count
 from retarget_bench.viewer import player, scene_builder
 from retarget_bench.viewer.packing import packed
 from retarget_bench.viewer.scene import Scene
+from retarget_bench.viewer.skins import IN_PAGES
 
 SHARES = (1.0, 0.5, 0.0)
 """Worst, median and best, as shares of the cases in order of how well they go."""
@@ -106,7 +106,7 @@ def _badness(split: Split) -> np.ndarray:
         return np.nanmean(places, axis=0)
 
 
-ROOM, MOST_ROOM = 4_000_000, 10_500_000
+ROOM, MOST_ROOM = 1_900_000, 10_500_000
 """Bytes of packed scenes in a page where nobody says how many, and at most; tables and charts are apart."""
 
 
@@ -119,8 +119,6 @@ class PackedScenes:
     failures: case -> method, status, message of every answer of it that is not to be seen.
     lively:  case -> how much there is to see: speed of the source's joints while it is upright.
     notes:   sentences for people who look for more.
-    penetrating: the case with most self-penetration; None where skins are not shown, or no answer has more
-             of it than the reference.
     """
 
     scenes: list[str] = field(default_factory=list)
@@ -129,7 +127,6 @@ class PackedScenes:
     reasons: dict[Chosen, str] = field(default_factory=dict)
     failures: dict[Chosen, list[tuple[str, str, str]]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    penetrating: Scene | None = None
 
 
 def motions(
@@ -140,7 +137,7 @@ def motions(
     room: bytes. skins: with meshes of bodies that have one.
     """
     result = PackedScenes()
-    used, most = 0, 0
+    used = 0
     bar = tqdm(chosen, desc="packing motion", unit="case", leave=False, disable=None)
     for number, each in enumerate(bar):
         chapter = chapters[each[0]]
@@ -153,7 +150,7 @@ def motions(
             scene = scene_builder.of_case(places, case, dataset=chapter.data)
             if skins:
                 scene = scene_builder.dressed(scene)
-            text = player.data(packed(scene, skins))
+            text = player.data(packed(scene, IN_PAGES if skins else 0))
         except BenchError as error:
             result.reasons[each] = str(error)
             continue
@@ -168,8 +165,6 @@ def motions(
         result.places[each] = len(result.scenes)
         result.lively[each] = _liveliness(scene)
         result.scenes.append(text)
-        if (now := penetration(scene)) > most:
-            result.penetrating, most = scene, now
         answers = [figure for figure in scene.figures if figure.part == "prediction"]
         paired = any(figure.part == scene_builder.REFERENCE for figure in scene.figures)
         answering = [label for label in split.labels if not (paired and label == scene_builder.REFERENCE)]

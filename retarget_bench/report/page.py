@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -18,7 +17,6 @@ from retarget_bench.figures.svg import elements
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.index import index
 from retarget_bench.report.motions import PackedScenes
-from retarget_bench.report.penetration import PenetrationFigure, penetration_figure
 from retarget_bench.report.pictures import pictures
 from retarget_bench.results.header import ResultHeader
 from retarget_bench.tables.model import count
@@ -45,7 +43,6 @@ def page(chapters: Sequence[Chapter], shown: PackedScenes, ranked: Mapping[str, 
         "chapters": [_chapter(chapter, styles) for chapter in chapters],
         "facts": _facts(chapters, shown),
         "shown": shown,
-        "penetration": _penetration(shown, styles),
         "scenes": [Markup(text) for text in shown.scenes],
         "data": Markup(player.data(cases)),
         "thinned": thinned,
@@ -57,13 +54,6 @@ def page(chapters: Sequence[Chapter], shown: PackedScenes, ranked: Mapping[str, 
         "shades": range(palette.SHADES),
     }
     return environment().get_template("report.html").render(context)
-
-
-def _penetration(shown: PackedScenes, styles: Mapping[str, MethodStyle]) -> PenetrationFigure | None:
-    if shown.penetrating is None:
-        return None
-    colours = {label: each.colour for label, each in styles.items()}
-    return penetration_figure(replace(shown.penetrating, colours=colours))
 
 
 @cache

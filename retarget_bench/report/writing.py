@@ -24,7 +24,7 @@ class ReportOptions(OfMethods, WithData):
         "ones, of many kinds and pairs; 0: "
         "none.",
         default=None,
-        shown="all, or as many as fit 4 MB",
+        shown="as many as fit 2 MB",
         at_least=0,
         metavar="N",
     )

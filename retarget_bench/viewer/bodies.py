@@ -2,16 +2,15 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import ancestors, body_part, common_ancestor, is_finger, is_tip
 from retarget_bench.viewer.camera import Camera
-from retarget_bench.viewer.colours import LIT, Colour, shade, tints
+from retarget_bench.viewer.colours import GRID, LIT, Colour, shade, tints
 from retarget_bench.viewer.scene import Figure
-from retarget_bench.viewer.self_penetration import lit_faces
 
 LIMBS = {
     "up_leg": (0.044, 0.046),
@@ -32,6 +31,8 @@ PLAIN = 0.14
 """Radius of a bone that has no role, in its own length."""
 THINNEST = 0.004
 """No bone without a role is thinner than this, in heights: long chains of short bones would be hairs."""
+HELPER = 0.002
+"""Radius of a bone that is no limb, in heights."""
 THICKEST = 0.42
 """No limb is thicker than this, in its own length: short bones would be balls."""
 
@@ -39,7 +40,8 @@ THICKEST = 0.42
 def radii(body: Character) -> np.ndarray:
     """``(joints, 2)`` metres: of the bone to each joint, at its parent and at itself; 0 for roots.
 
-    What carries the body, and what hangs from there beside it (handles of a rig), has no thickness.
+    What carries the body, and what hangs from there beside it (handles of a rig), has no thickness;
+    helpers are thin.
     """
     widths = np.zeros((len(body.roles), 2))
     lengths = body.skeleton.bone_lengths
@@ -47,6 +49,9 @@ def radii(body: Character) -> np.ndarray:
     for joint, role in enumerate(body.roles):
         length = float(lengths[joint])
         if length == 0.0 or top not in ancestors(body.skeleton, joint):
+            continue
+        if joint in helpers(body):
+            widths[joint] = HELPER * body.height
             continue
         if role is None or is_tip(role):
             parent = body.skeleton.parents[joint]
@@ -61,6 +66,18 @@ def radii(body: Character) -> np.ndarray:
     return widths
 
 
+@lru_cache(maxsize=256)
+def helpers(body: Character) -> frozenset[int]:
+    """Joints that are no limbs of a body with roles: they have no role and no skin, nor has what hangs from
+    them (handles, clothes, ends of heads). Of a body without any role all joints are limbs."""
+    skinned = np.zeros(len(body.roles)) if body.mesh is None else body.mesh.weights.max(axis=0)
+    limbs: set[int] = set()
+    for joint, role in enumerate(body.roles):
+        if skinned[joint] > 0 or (role is not None and not (is_tip(role) and body_part(role) == "head")):
+            limbs.update(ancestors(body.skeleton, joint), (joint,))
+    return frozenset(range(len(body.roles))) - limbs if body.joint_of else frozenset()
+
+
 def heads(body: Character) -> list[tuple[int, int, float]]:
     """Of each head its joint, the joint that says where it points from, and its radius in metres."""
     joint = body.joint_of.get("head")
@@ -70,23 +87,19 @@ def heads(body: Character) -> list[tuple[int, int, float]]:
 
 
 def sides(body: Character) -> str:
-    """One letter per joint: ``l`` or ``r`` for what is on a side, ``-`` for the rest.
+    """One letter per joint: ``l`` or ``r`` for what is on a side, ``h`` for helpers, ``-`` for the rest.
 
     Joints without roles take the side of what they hang from.
     """
     sides_of: list[str] = []
-    for parent, role in zip(body.skeleton.parents.tolist(), body.roles, strict=True):
-        if role is not None:
+    for joint, (parent, role) in enumerate(zip(body.skeleton.parents.tolist(), body.roles, strict=True)):
+        if joint in helpers(body):
+            sides_of.append("h")
+        elif role is not None:
             sides_of.append({"left": "l", "right": "r"}.get(role.partition("_")[0], "-"))
         else:
             sides_of.append(sides_of[parent] if parent >= 0 else "-")
     return "".join(sides_of)
-
-
-def ends(body: Character) -> list[int]:
-    """Joints whose paths are drawn: hands, feet and head, else every last joint."""
-    joints = body.joints(("left_hand", "right_hand", "left_foot", "right_foot", "head"))
-    return joints or [joint for joint, below in enumerate(body.skeleton.children) if not below]
 
 
 LIGHT = np.array([-0.38, 0.84, 0.38])
@@ -156,10 +169,11 @@ class Solid:
 
     @cached_property
     def extent(self) -> np.ndarray:
-        """``(frames, n, 3)`` metres that have to be in the picture: joints, or a box around points."""
+        """``(frames, n, 3)`` metres that have to be in the picture: limbs, or a box around points."""
         points = self.figure.points
         if points is None or len(self.body.skeleton) > 1:
-            return self.places
+            limbs = [joint for joint in range(len(self.body.roles)) if joint not in helpers(self.body)]
+            return self.places[:, limbs]
         ends = np.array([[each.min(axis=0), each.max(axis=0)] for each in points])
         corners = [ends[:, [i, j, k], [0, 1, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
         return np.stack(corners, axis=1)
@@ -178,10 +192,10 @@ class Solid:
 
     @cached_property
     def _sides(self) -> np.ndarray:
-        """``(joints,)`` 0 for the middle, 1 for the left, 2 for the right; or the groups."""
+        """``(joints,)`` 0 for the middle, 1 for the left, 2 for the right, 3 for helpers; or the groups."""
         if self.groups is not None:
             return self.groups
-        return np.array(["-lr".index(letter) for letter in sides(self.body)])
+        return np.array(["-lrh".index(letter) for letter in sides(self.body)])
 
     def bones(self, frame: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Tubes at a frame, heads included: ends ``(n, 2, 3)``, radii ``(n, 2)``, sides ``(n,)``."""
@@ -215,13 +229,12 @@ class Solid:
         self, frame: int, camera: Camera, target: np.ndarray, size: tuple[int, int]
     ) -> list[Piece]:
         """The faces of a skin that are inside the body, to be drawn over all others."""
-        figure = self.figure
-        if not self.skinned or figure.inside is None:
+        mesh = self.body.mesh
+        if mesh is None or not (self.skinned and self.figure.testable):
             return []
-        if not figure.inside[frame].any():
-            return []
-        return list(
-            self._faces(frame, camera, target, FARTHEST * max(size), lit_faces(figure, frame), [LIT])
+        lit = self.figure.inside_at(frame)[mesh.faces].any(axis=1)
+        return (
+            list(self._faces(frame, camera, target, FARTHEST * max(size), lit, [LIT])) if lit.any() else []
         )
 
     def _dots(self, frame: int, camera: Camera, target: np.ndarray, limit: float) -> Iterator[Piece]:
@@ -248,7 +261,7 @@ class Solid:
         good &= wide.max(axis=1) < limit
         rims = tube(pixels, wide + RIM)
         layers = [tube(pixels + _shift(wide, shift), share * wide) for shift, share, _ in LAYERS]
-        colours = self.group_colours or tints(self.colour)
+        colours = self.group_colours or (*tints(self.colour), GRID)
         for bone in np.flatnonzero(good).tolist():
             colour = colours[sides[bone]]
             yield Piece(depth[bone], rims[bone].ravel().tolist(), shade(colour, OUTLINE))

@@ -22,11 +22,12 @@ from retarget_bench.viewer.colours import (
 )
 from retarget_bench.viewer.renderer import SMALLEST, DrawingStyle, Stage, stages
 from retarget_bench.viewer.scene import Figure, Scene
-from retarget_bench.viewer.self_penetration import key
 from retarget_bench.viewer.text import Font, font, plain, short, wrapped
 
 GAP = 4
 """Pixels between panels."""
+KEY = "striped: limb inside the body"
+"""The meaning of stripes."""
 
 
 @dataclass(frozen=True)
@@ -115,8 +116,8 @@ class Drawing:
         pen = ImageDraw.Draw(picture)
         letters = font(self._letter, bold=True)
         room = self.look.size[0] - 2 * GAP - self._clock_room
-        if words := key(self.scene.figures, self.frames) if self.look.skin else "":
-            room = draw_key(pen, room, self._head, self._letter, words)
+        if shows_penetration(self.scene, self.look):
+            room = draw_key(pen, room, self._head, self._letter)
         pen.text(
             (GAP + 2, self._head / 2),
             short(title(self.scene), letters, room - 20),
@@ -190,12 +191,17 @@ def title(scene: Scene) -> str:
     return scene.title + (f" ({scene.kind})" if scene.kind else "")
 
 
-def draw_key(pen: ImageDraw.ImageDraw, right: float, head: int, letter: int, words: str) -> float:
+def shows_penetration(scene: Scene, style: DrawingStyle) -> bool:
+    """True where a picture has stripes on limbs that are inside the body."""
+    return style.skin and any(figure.testable for figure in scene.figures)
+
+
+def draw_key(pen: ImageDraw.ImageDraw, right: float, head: int, letter: int) -> float:
     """What stripes mean, in the heading up to a place, where it takes less than half of the room; returns
     the room that is left."""
     letters = font(letter - 1)
     chip = 2.2 * letter
-    wide = letters.getlength(words) + chip + 2 * letter
+    wide = letters.getlength(KEY) + chip + 2 * letter
     if wide > 0.55 * right:
         return right
     left, top, low = right - wide, head / 2 - 0.5 * letter, head / 2 + 0.5 * letter
@@ -203,7 +209,7 @@ def draw_key(pen: ImageDraw.ImageDraw, right: float, head: int, letter: int, wor
     for share in (0.1, 0.6, 1.1):
         x = left + share * letter
         pen.line((x, low, x + 0.4 * letter, top), STRIPE, 2)
-    pen.text((left + chip, head / 2), words, FAINT, letters, anchor="lm")
+    pen.text((left + chip, head / 2), KEY, FAINT, letters, anchor="lm")
     return left
 
 
@@ -290,8 +296,8 @@ def sheet(scene: Scene, style: DrawingStyle, frames: Sequence[int]) -> Image.Ima
     pen = ImageDraw.Draw(picture)
     bold, letters = font(letter, bold=True), font(letter)
     room: float = width - 2 * GAP
-    if words := key(scene.figures, frames) if style.skin else "":
-        room = draw_key(pen, room, head, letter, words)
+    if shows_penetration(scene, style):
+        room = draw_key(pen, room, head, letter)
     pen.text((GAP + 2, head / 2), short(title(scene), bold, room), INK, bold, anchor="lm")
     for column, frame in enumerate(frames):
         middle = names + GAP + column * (wide + GAP) + wide / 2

@@ -70,8 +70,9 @@ def _field(pen: ImageDraw, ground: Ground, camera: Camera, target: np.ndarray, r
     """A field of heights as tiles, the farthest first, the steeper the darker; its edges go on outside."""
     tiles = tiled(ground, target, reach)
     pixels, depths, _ = camera.project(tiles, target)
-    spread = np.ptp(tiles, axis=1)
-    slope = spread[:, 1] / np.maximum(np.maximum(spread[:, 0], spread[:, 2]), 1e-9)
+    edges = np.diff(tiles[:, [3, 0, 1]], axis=1)  # along both sides of a tile
+    rise = np.abs(edges[..., 1])
+    slope = (rise / np.maximum(np.hypot(edges[..., 0], edges[..., 2]), 1e-9)).max(axis=1)
     for k in np.argsort(-depths.mean(axis=1)).tolist():
         colour = shade(FLOOR, 1.0 - STEEP * min(1.0, float(slope[k])))
         pen.polygon(pixels[k].ravel().tolist(), fill=colour, outline=GRID)

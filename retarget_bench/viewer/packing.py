@@ -37,11 +37,12 @@ SURFACE_STEP = 2e-3
 _BITS = 7
 
 
-def packed(scene: Scene, skins: bool = False) -> dict[str, Any]:
+def packed(scene: Scene, triangles: int = 0) -> dict[str, Any]:
     """A scene as one object of plain values, for ``json.dumps`` and the player.
 
     Bodies that figures share are written once. Colours are the palette's: source, reference, then the
-    others in their order. skins: with meshes of bodies that have one, for figures with known rotations.
+    others in their order. triangles: of the mesh of a body that has one, at most, for figures with known
+    rotations; 0 leaves meshes out.
     Raises BenchError where positions or skins are not finite.
     """
     bodies: list[Character] = []
@@ -49,15 +50,13 @@ def packed(scene: Scene, skins: bool = False) -> dict[str, Any]:
     for figure, colour in zip(scene.figures, names(scene), strict=True):
         head = _head(figure, scene.values.get(figure.label, {}))
         figures.append(head | {"body": _index(bodies, figure.character), "colour": colour})
-    worn = _worn(bodies, figures) if skins else {}
+    worn = _worn(bodies, figures, triangles) if triangles else {}
     for each in figures:
         each["skin"] = each["skin"] and each["body"] in worn
     worn_by = [worn.get(each["body"]) if each["skin"] else None for each in figures]
     for each, figure, skin in zip(figures, scene.figures, worn_by, strict=True):
         if skin is not None and figure.surface is not None:
             each["surface"] = True
-        if skin is not None and figure.inside is not None and (lit := _lit(figure.inside, skin)).any():
-            each["lit"] = int(lit.any(axis=0).sum())
     series = b"".join(_integers(each) for each in _series(scene, worn_by))
     series += b"".join(_integers(each) for place in worn for each in _skin(bodies[place], worn[place]))
     return {
@@ -80,11 +79,23 @@ def packed(scene: Scene, skins: bool = False) -> dict[str, Any]:
     }
 
 
-def _worn(bodies: list[Character], figures: list[dict[str, Any]]) -> dict[int, Skin]:
+def inside_at(figure: Figure, frame: int, triangles: int) -> list[int]:
+    """Corners of a figure's packed skin that are inside its body at a frame (``Figure.inside_at``)."""
+    if not figure.testable or figure.character.mesh is None:
+        return []
+    lit = Skin.of(figure.character.mesh, triangles).any(figure.inside_at(frame)[None])[0]
+    return np.flatnonzero(lit).tolist()
+
+
+def _worn(bodies: list[Character], figures: list[dict[str, Any]], triangles: int) -> dict[int, Skin]:
     """Place of a body -> its skin, of those that have one and that somebody moves in."""
     moved = sorted({each["body"] for each in figures if each["skin"]})
     meshes = {place: bodies[place].mesh for place in moved}
-    return {place: Skin.of(mesh) for place, mesh in meshes.items() if mesh is not None and len(mesh.faces)}
+    return {
+        place: Skin.of(mesh, triangles)
+        for place, mesh in meshes.items()
+        if mesh is not None and len(mesh.faces)
+    }
 
 
 def _index(bodies: list[Character], body: Character) -> int:
@@ -105,7 +116,6 @@ def _body(body: Character, skin: Skin | None) -> dict[str, Any]:
         "radii": np.rint(1000.0 * bodies.radii(body)).astype(int).ravel().tolist(),
         "heads": [[joint, below, round(1000.0 * radius)] for joint, below, radius in bodies.heads(body)],
         "sides": bodies.sides(body),
-        "ends": bodies.ends(body),
     }
     if skin is not None:
         vertices, faces = len(skin.mesh.vertices), len(skin.mesh.faces)
@@ -174,26 +184,8 @@ def _series(scene: Scene, skins: list[Skin | None]) -> Iterator[np.ndarray]:
             yield _changes(_steps(corners, SURFACE_STEP).reshape(scene.frames, -1).T)
         elif skin is not None and figure.motion is not None:
             yield _changes(_steps(skin.turns(figure.motion), TURN_STEP).reshape(scene.frames, -1).T)
-        if skin is not None and figure.inside is not None:
-            yield from _runs(_lit(figure.inside, skin))
     if scene.ground.heights is not None:
         yield _changes(_steps(scene.ground.heights, STEP))
-
-
-def _lit(inside: np.ndarray, skin: Skin) -> np.ndarray:
-    """``(frames, corners)`` bool: corners of a skin that are lit."""
-    return skin.any(inside)
-
-
-def _runs(chosen: np.ndarray) -> Iterator[np.ndarray]:
-    """Corners that are chosen in any frame, each as far behind the one before; then of each the frames in
-    turn in which it is not chosen, and is, until there is none left."""
-    ever = np.flatnonzero(chosen.any(axis=0))
-    if len(ever):
-        yield np.diff(ever, prepend=0)
-    for corner in ever.tolist():
-        turns = np.flatnonzero(np.diff(chosen[:, corner], prepend=False))
-        yield np.diff(np.concatenate([[0], turns, [len(chosen)]]))
 
 
 def _steps(values: np.ndarray, step: float) -> np.ndarray:

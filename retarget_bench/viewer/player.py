@@ -26,9 +26,10 @@ def script() -> str:
     """One script without dependencies that defines ``RetargetPlayer`` and nothing else.
 
     ``RetargetPlayer.mount(element, packedScene, options)`` puts a player into an element and returns
-    ``{ready, seek(frame), select(labels), destroy()}``; ``ready`` is a promise of the first picture.
-    Options, all optional: ``frame`` (from 0), ``labels`` (the figures to show), ``colours`` (label ->
-    ``#rrggbb``), ``overlay`` and ``autoplay`` (never where people asked for less motion).
+    ``{ready, seek(frame), select(labels), frame(), chosen(), destroy()}``; ``ready`` is a promise of the
+    first picture. Options, all optional: ``frame`` (from 0), ``labels`` (the figures to show), ``colours``
+    (label -> ``#rrggbb``), ``overlay``, ``skins``, ``autoplay`` (never where people asked for less motion)
+    and ``inside`` (figure, frame -> a promise of the corners of its skin that are inside the body).
     ``decode(packedScene)``, ``floorAt(ground, x, z)`` and, for figures with skins, ``surfaceAt(figure,
     frame, frames)`` are what it reads scenes with.
     """
@@ -60,6 +61,17 @@ def page(packed: Mapping[str, Any], options: Mapping[str, Any]) -> str:
         f"<script>{script()}\n"
         f"const scene = {read % 'scene'}, options = {read % 'options'};\n{begin}</script>\n</body></html>\n"
     )
+
+
+@cache
+def live_page() -> str:
+    """The page of the live view, which asks its server for scenes."""
+    page = (PAGES / "live.html").read_text(encoding="utf-8")
+    own = (PAGES / "live.js").read_text(encoding="utf-8")
+    parts = {"style": style(), "player": script(), "script": own}
+    for name, text in parts.items():
+        page = page.replace(f"{{{name}}}", text)
+    return page
 
 
 def data(packed: Mapping[str, Any]) -> str:

@@ -92,7 +92,7 @@ def role_sheet(imported: Imported) -> Image.Image:
 
 def joint_groups(body: Character) -> np.ndarray:
     """``(joints,)`` places in ``GROUPS``: the side of each joint's role, or that it has none."""
-    numbers = {"-": 0, "l": 1, "r": 2}
+    numbers = {"-": 0, "l": 1, "r": 2, "h": 0}
     return np.array(
         [
             NO_ROLE_GROUP if role is None else numbers[side]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -12,6 +13,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import planted
 from retarget_bench.motion.motion import Motion, PointSets, Surface
+from retarget_bench.motion.penetration import inside_mask
 
 Part = Literal["source", "reference", "prediction", "motion"]
 """``motion``: one that is no part of a case, such as a file."""
@@ -31,8 +33,6 @@ class Figure:
     status:    as in results: ok, unsupported, invalid, failed, missing.
     surface:   ``(frames, V, 3)`` metres, the vertices of the body's mesh, where they are known without
                rotations. points: of each frame ``(n, 3)`` metres, where a body is known by points.
-    inside:    ``(frames, V)`` bool, vertices of the mesh to be lit (``self_penetration.lit``); None where
-               they were not looked for.
     """
 
     label: str
@@ -48,7 +48,6 @@ class Figure:
     message: str = ""
     surface: np.ndarray | None = None
     points: tuple[np.ndarray, ...] | None = None
-    inside: np.ndarray | None = None
 
     @property
     def has_skin(self) -> bool:
@@ -63,6 +62,27 @@ class Figure:
         assert self.motion is not None
         assert self.character.mesh is not None
         return self.character.mesh.skinned(self.motion.at(frames))
+
+    @cached_property
+    def testable(self) -> bool:
+        """True where self-penetration can be looked for: of a skin with faces and finite vertices."""
+        mesh = self.character.mesh if self.has_skin else None
+        return mesh is not None and len(mesh.faces) > 0 and bool(np.isfinite(mesh.vertices).all())
+
+    def inside_at(self, frame: int) -> np.ndarray:
+        """``(V,)`` bool: vertices of the mesh that are inside the body at a frame, of a testable figure.
+
+        These are the vertices that the metric ``self_penetration`` counts (forearms, hands, shanks and feet
+        in the rest of the body) but for those that are inside in the reference pose already. They are
+        computed for the frames that are asked for, and kept.
+        """
+        if frame not in self._inside:
+            self._inside[frame] = inside_mask(self.character, self.skin_at(slice(frame, frame + 1)))[0]
+        return self._inside[frame]
+
+    @cached_property
+    def _inside(self) -> dict[int, np.ndarray]:
+        return {}
 
     @property
     def parents(self) -> np.ndarray:

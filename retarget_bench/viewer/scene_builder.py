@@ -16,6 +16,7 @@ from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.predict import Outcome, context_for, predict
 from retarget_bench.evaluation.tasks import RETARGET
 from retarget_bench.figures import method_order
+from retarget_bench.files import digest
 from retarget_bench.motion import importer
 from retarget_bench.motion.character import Character, Positions
 from retarget_bench.motion.files import split_take, suffixes
@@ -30,7 +31,6 @@ from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import results_library
 from retarget_bench.viewer.results_library import StoredResults, listed, read_stored
 from retarget_bench.viewer.scene import Figure, Scene, distinct, figure_of
-from retarget_bench.viewer.self_penetration import lit
 
 REFERENCE = "reference"
 INPUTS = ("source", REFERENCE)
@@ -94,13 +94,13 @@ def of_case_asked(dataset: Spec, name: str, methods: Sequence[Spec], *, task: st
 
 def dressed(scene: Scene) -> Scene:
     """The scene with rotations for every figure whose body has a skin and that is known by positions
-    alone, and with self-penetration to be lit (``self_penetration.lit``).
+    alone.
 
     Rotations are fitted to the positions (``motion.fitting``), which stay as they are; the figure's
     ``message`` says how far the fitted joints are from them. Raises BenchError where a position is not
     finite.
     """
-    return replace(scene, figures=tuple(lit(_dressed(each, scene.fps)) for each in scene.figures))
+    return replace(scene, figures=tuple(_dressed(each, scene.fps) for each in scene.figures))
 
 
 def _dressed(figure: Figure, fps: float) -> Figure:
@@ -287,6 +287,15 @@ def _fitted(motion: Prediction, fps: float, length: int) -> tuple[Prediction, st
 
 
 # ------------------------------------------------------------------------------------------- lists of cases
+def _changed(path: Path) -> tuple[str, int, int]:
+    """A path, when it was written and its size; zeros where there is none."""
+    try:
+        facts = path.stat()
+    except OSError:
+        return str(path), 0, 0
+    return str(path), facts.st_mtime_ns, facts.st_size
+
+
 @dataclass
 class CaseList:
     """Cases to choose from.
@@ -315,6 +324,13 @@ class CaseList:
         entries = [self._read(place) for place in self._places()]
         self._results = [each for each in entries if each is not None]
         return list(dict.fromkeys(case for each in self._results for case in each.cases))
+
+    def state(self) -> str:
+        """A text that changes when results or files do."""
+        places = [place for root in self.roots for place in store.find_results(root, self.task)]
+        paths = [split_take(path)[0] for path in self.files]
+        paths += [path for place in places for path in (place.header, place.journal)]
+        return digest(repr([_changed(path) for path in paths]))
 
     def scene(self, case: str) -> Scene:
         """A case as it is now. Raises BenchError."""

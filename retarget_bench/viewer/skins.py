@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -10,8 +11,9 @@ from retarget_bench.motion import rotation
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion
 
-MOST = 3000
-"""Triangles of a skin: of those with more, corners that are close to each other are put together."""
+IN_PAGES, LIVE = 3000, 12000
+"""Triangles of a skin at most, in a page and in the live view: of those with more, corners that are close
+to each other are put together."""
 FOLLOWED = 4
 """Joints that a corner follows, those with the largest shares."""
 FULL_WEIGHT = 1023
@@ -25,7 +27,7 @@ _SHIFT = 0.37
 class Skin:
     """A mesh as pages have it, its corners in the order in which its faces ask for them.
 
-    mesh:   of at most ``MOST`` triangles, which are all that its corners are for.
+    mesh:   its corners are all for its triangles.
     joints: ``(used,)`` those that are followed. followed: ``(vertices, FOLLOWED)`` places among them, the
             largest share first. shares: ``(vertices, FOLLOWED)`` whole numbers that sum to ``FULL_WEIGHT``.
     place:  of each vertex of the whole mesh its corner here, -1 for those that no face is left of.
@@ -38,10 +40,12 @@ class Skin:
     place: np.ndarray
 
     @classmethod
-    def of(cls, mesh: Mesh) -> Skin:
-        """The compact skin of a mesh. Where shares are left out, the others grow by as much."""
-        merged, into = _merged(mesh, MOST)
-        small, number = _in_order(merged)
+    @lru_cache(maxsize=16)
+    def of(cls, mesh: Mesh, most: int) -> Skin:
+        """The compact skin of a mesh, of at most so many triangles. Where shares are left out, the others
+        grow by as much."""
+        fewer, into = merged(mesh, most)
+        small, number = _in_order(fewer)
         order = np.argsort(-small.weights, axis=1, kind="stable")[:, :FOLLOWED]
         weights = np.take_along_axis(small.weights, order, axis=1)
         shares = _quantized(weights / weights.sum(axis=1, keepdims=True))
@@ -83,16 +87,12 @@ class Skin:
         return rotation.continuous(turns[:, self.joints])
 
 
-def thinned(mesh: Mesh, most: int) -> Mesh:
-    """A mesh of at most so many triangles: corners in the same cell of a grid that follow the same joint
-    most become one in their middle (vertex clustering, Rossignac and Borrel 1993); the cells are as small
-    as they can be.
+def merged(mesh: Mesh, most: int) -> tuple[Mesh, np.ndarray]:
+    """A mesh of at most so many triangles, and ``(vertices,)`` the vertex that each vertex became part of.
+
+    Corners in the same cell of a grid that follow the same joint most become one in their middle (vertex
+    clustering, Rossignac and Borrel 1993); the cells are as small as they can be.
     """
-    return _merged(mesh, most)[0]
-
-
-def _merged(mesh: Mesh, most: int) -> tuple[Mesh, np.ndarray]:
-    """The thinned mesh, and ``(vertices,)`` the vertex that each vertex of the mesh became part of."""
     if len(mesh.faces) <= most:
         return mesh, np.arange(len(mesh.vertices))
     high = float(np.ptp(mesh.vertices, axis=0).max()) or 1.0
@@ -108,9 +108,10 @@ def _merged(mesh: Mesh, most: int) -> tuple[Mesh, np.ndarray]:
 
 def _clustered(mesh: Mesh, step: float) -> tuple[Mesh, np.ndarray]:
     cells = np.floor(mesh.vertices / step + _SHIFT).astype(np.int64)
-    keys = np.column_stack([cells, mesh.weights.argmax(axis=1)])
-    _, place, held = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    place = place.reshape(-1)
+    cells -= cells.min(axis=0)
+    number = np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1))
+    keys = number * mesh.weights.shape[1] + mesh.weights.argmax(axis=1)
+    _, place, held = np.unique(keys, return_inverse=True, return_counts=True)
     faces = place[mesh.faces]
     proper = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
 

@@ -88,7 +88,7 @@ def test_everything_that_a_reader_needs_is_on_the_page():
         *EMPTY.values(),
         "[1] reason words", "[2] older", "note words",
         "failed: words", "2: data/words, data/b",  # cases without an answer
-        "47 of 43 clips", "46/47", "n 45",
+        "43 clips, 47 cases", "46/47", "n 45",
         "bench run words", "numpy 2", "revision beef", "2026-01-01", "1 (abcd)",
     ]  # fmt: skip
     assert [phrase for phrase in needed if " ".join(phrase.split()) not in text] == []
@@ -125,7 +125,7 @@ def test_marks_and_gaps_are_words_not_only_colours():
         r'<td data-sort="3.321" class="best" title="([^"]*)">3.32<span class="mark">\*</span>', source
     )
     assert best is not None
-    assert "mean over 47 cases of 43 clips; interval 2.91–3.80" in best[1]
+    assert "mean over 43 clips, 47 cases; interval 2.91–3.80" in best[1]
     assert re.search(r'class="tied"[^>]*>3.44<span class="mark">=</span>', source)
     assert re.search(r'<span class="empty">n/a</span>.*?<a href="#table-1-note-1">\[1\]</a>', source)
 

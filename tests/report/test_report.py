@@ -18,10 +18,7 @@ from retarget_bench.motion.mesh import Mesh
 from retarget_bench.report import chapters, motions
 from retarget_bench.report.page import page
 from retarget_bench.results import store
-from retarget_bench.viewer import scene_builder
-from retarget_bench.viewer.scene import Scene, figure_of
 from tests.engine import stored
-from tests.motion.tubes import fleshed, hand_to_belly
 from tests.report.odd_runs import LABEL, report
 from tests.report.report_toys.odd_moves import BODIES, CLIPS, JOINTS
 
@@ -168,24 +165,6 @@ def test_skins_are_there_when_asked_for_and_only_then(results, tmp_path, monkeyp
         )
         assert any("skin" in body for body in scene["bodies"]) is bool(options)
         assert any(figure["skin"] for figure in scene["figures"]) is bool(options)
-
-
-def test_flesh_inside_flesh_is_a_figure_where_there_is_some(results):
-    report_chapters = chapters.chapters([results])
-    person = fleshed()
-    deep = figure_of(report_chapters[0].labels[0], "prediction", hand_to_belly(person))
-    scene = scene_builder.dressed(Scene("tubes", (deep,), 30.0))
-    ranked = method_order.ranked(report_chapters[0].places)
-    plain, with_flesh = (
-        Tags(page(report_chapters, motions.PackedScenes(penetrating=each), ranked)).tags
-        for each in (None, scene)
-    )
-    policy = [each["content"] for name, each in with_flesh if name == "meta" and "content" in each]
-    assert any("img-src data:;" in each for each in policy)
-    (image,) = (each for name, each in with_flesh if name == "img")
-    assert image["src"].startswith("data:image/png;base64,")
-    assert image["alt"]
-    assert not any(name == "img" or "img-src" in each.get("content", "") for name, each in plain)
 
 
 def test_what_does_not_fit_is_left_out_and_told(results):

@@ -57,7 +57,11 @@ def test_a_number_leads_to_its_cases_worst_first_and_back(page):
     assert page.locator("#caption").inner_text().startswith("cross: ")
     assert page.evaluate("document.querySelector('#player canvas').width") > 300
     assert page.locator("#cases tr[aria-current]").count() == 1
-    row = page.locator("main table.results").nth(1).locator("tbody tr[data-row]").filter(has_text=LABEL)
+    row = (
+        page.locator("main table.results[data-split=cross]")
+        .first.locator("tbody tr[data-row]")
+        .filter(has_text=LABEL)
+    )
     number = row.locator(".num").nth(1)
     number.click()
     assert f"cross, {LABEL}: 6 cases" in page.locator("#what").inner_text()

@@ -17,6 +17,7 @@ from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.viewer import player
 from retarget_bench.viewer.packing import packed
 from retarget_bench.viewer.scene import Figure, Scene
+from retarget_bench.viewer.skins import IN_PAGES
 
 FRAMES = 24
 EVIL = '<img src=x onerror="boom()">"\'&\u2028 </script><b>ű名'
@@ -133,9 +134,10 @@ def many_joints(joints: int = 200, frames: int = 10) -> Scene:
 
 def page(*scenes: Scene, options: dict | None = None, skins: bool = False) -> str:
     """A page with the scenes in it and a player of the first; ``show(number)`` mounts another."""
+    texts = [player.data(packed(each, IN_PAGES if skins else 0)) for each in scenes]
     held = "".join(
-        f'<script type="application/json" id="scene-{number}">{player.data(packed(each, skins))}</script>'
-        for number, each in enumerate(scenes)
+        f'<script type="application/json" id="scene-{number}">{text}</script>'
+        for number, text in enumerate(texts)
     )
     policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
     return f"""<!doctype html><html lang="en"><head><meta charset="utf-8"><title>motion</title>

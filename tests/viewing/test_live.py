@@ -3,35 +3,29 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import socket
 import subprocess
 import sys
-import time
+import threading
 import urllib.error
 import urllib.request
 from dataclasses import replace
-from importlib.util import find_spec
-from itertools import pairwise
+from urllib.parse import quote
 
-import numpy as np
 import pytest
 from small_runs import CASE, HERE, OTHER, bvh_file, ran
-from viewing_toys.toy_moves import body, moving
 
 from retarget_bench import cli
 from retarget_bench.errors import BenchError
 from retarget_bench.results import journal, store
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import live
-from retarget_bench.viewer.bodies import Solid
-from retarget_bench.viewer.models import AROUND, PROFILE, tube_faces, tubes
-from retarget_bench.viewer.scene import figure_of
+from retarget_bench.viewer import scene as scenes
+from retarget_bench.viewer.scene import Scene, figure_of
 from retarget_bench.viewer.scene_builder import CaseList
-
-needs_viser = pytest.mark.skipif(
-    find_spec("viser") is None, reason="no viser: pip install 'retarget-bench[viz]'"
-)
+from tests.motion.tubes import fleshed, hand_to_belly
 
 
 def as_if_running(place: ResultPaths, cases: list[str]) -> None:
@@ -90,65 +84,70 @@ def test_new_cases_of_a_running_run_appear(tmp_path):
     assert begun.scene(CASE).figures[2].message == "no"
 
 
-def test_tubes_go_around_their_bones_and_face_outwards():
-    ends = np.array(
-        [[[0.0, 0, 0], [0, 2.0, 0]], [[1.0, 1, 1], [1.0, 1, 1]], [[3.0, 0, 0], [4.0, 1.0, -1.0]]]
-    )
-    radii = np.array([[0.3, 0.1], [0.2, 0.2], [0.25, 0.15]])
-    points, faces = tubes(ends, radii).reshape(3, -1, 3), tube_faces(1)
-    for bone in range(3):
-        first, last = ends[bone]
-        away = [np.linalg.norm(points[bone] - end, axis=1) for end in ends[bone]]
-        near = np.minimum(away[0] / radii[bone, 0], away[1] / radii[bone, 1])
-        assert np.allclose(near, 1.0, atol=0.02)
-        corners = points[bone][faces].astype(float)
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        volume = (corners[:, 0] * normal).sum() / 6
-        length, (a, b) = np.linalg.norm(last - first), radii[bone]
-        octagon = 4 * np.sin(np.pi / 4)  # its area, of radius 1
-        cap = 0.7 * (1 + 0.71 + 0.71**2) / 3 + 0.3 * 0.71**2 / 3
-        expected = octagon * (length * (a * a + a * b + b * b) / 3 + cap * (a**3 + b**3))
-        assert volume == pytest.approx(expected, rel=1e-4)
-    assert tube_faces(3).max() == 3 * AROUND * len(PROFILE) - 1
+@pytest.fixture
+def serving():
+    """``serving(case_list, case)``: the address of a window, which is served until the test ends."""
+    windows = []
+
+    def served(case_list: CaseList, case: str | None = None) -> str:
+        windows.append(live.Window(case_list, 0, case))
+        threading.Thread(target=windows[-1].serve_forever, args=(0.05,), daemon=True).start()
+        return windows[-1].url
+
+    yield served
+    for window in windows:
+        window.shutdown()
+        window.server_close()
 
 
-def test_figures_side_by_side_do_not_meet():
-    solids = [Solid(figure_of(str(k), "motion", moving(body("a"), 5)), (0, 0, 0)) for k in range(4)]
-    shifts = live.beside(solids)
-    spans = [(solid.places + shift)[..., 0] for solid, shift in zip(solids, shifts, strict=True)]
-    assert all(left.max() + 0.5 < right.min() for left, right in pairwise(spans))
-    assert np.abs(shifts[:, 1:]).max() < 1e-9  # they face +Z: their left is +X
-
-
-@needs_viser
-def test_the_window_shows_what_was_chosen(tmp_path):
-    ran(tmp_path, "copy", "raise", "positions")
-    window = live.Window(CaseList([tmp_path]), 0)
+def asked(url: str, **headers: str) -> tuple[int, bytes]:
     try:
-        assert sorted(window.case.options) == sorted([CASE, OTHER])
-        window.choose(CASE)
-        assert len(window._actors) == 4  # what failed has no body
-        assert window.at.max == 11
-        window.seek(7)
-        points = window._actors[1].parts[0].vertices
-        assert np.allclose(points, window._actors[1].model.vertices(7)[0])
-        assert "toy_method[does=raise]: failed, RuntimeError: out of ideas" in window.said.value
-        assert "toy_method: error" in window.said.value
-        gap = np.subtract(window._actors[1].parts[0].position, window._actors[0].parts[0].position)
-        assert np.linalg.norm(gap) > 1
-        window.overlay.value = True
-        window.rebuild()
-        assert not np.any([actor.parts[0].position for actor in window._actors])
-        window._shown["source"].value = False
-        window.rebuild()
-        assert window._actors[0].solid.figure.label == "reference"
-        assert window.frame == 7
-        window.seek(99)
-        assert window.frame == 11
-        window.choose("gone")
-        assert "no results of case 'gone'" in window.said.value
-    finally:
-        window.stop()
+        with urllib.request.urlopen(urllib.request.Request(url, headers=headers), timeout=30) as answer:
+            return answer.status, answer.read()
+    except urllib.error.HTTPError as refusal:
+        return refusal.code, refusal.read()
+
+
+def test_the_server_answers_what_the_page_asks_for(tmp_path, serving):
+    ran(tmp_path, "copy", "raise")
+    url = serving(CaseList([tmp_path]), OTHER)
+    cases = json.loads(asked(f"{url}/cases")[1])
+    assert (sorted(cases["cases"]), cases["first"], cases["problem"]) == (sorted([CASE, OTHER]), OTHER, "")
+    scene = json.loads(asked(f"{url}/scene?case={quote(CASE)}")[1])
+    assert [each["label"] for each in scene["figures"]] == [
+        "source", "reference", "toy_method", "toy_method[does=raise]",
+    ]  # fmt: skip
+    assert json.loads(asked(f"{url}/inside?case={quote(CASE)}&figure=1&frame=0")[1]) == []
+    assert asked(f"{url}/scene?case=gone") == (409, b"there are no results of case 'gone' any more")
+    assert asked(f"{url}/inside?case={quote(CASE)}&figure=9&frame=0")[0] == 400
+    assert asked(f"{url}/../etc/passwd")[0] == 404
+
+
+def test_the_state_changes_when_a_file_does(tmp_path, serving):
+    file = bvh_file(tmp_path / "walk.bvh", 6)
+    url = serving(CaseList(files=[file]))
+    before = asked(f"{url}/state")
+    assert asked(f"{url}/state") == before
+    frames = json.loads(asked(f"{url}/scene?case=")[1])["frames"]
+    bvh_file(file, frames + 3)
+    assert asked(f"{url}/state") != before
+    assert json.loads(asked(f"{url}/scene?case=")[1])["frames"] == frames + 3
+
+
+def test_self_penetration_is_computed_for_the_frame_that_is_asked_for(tmp_path, serving, monkeypatch):
+    person = fleshed()
+    moved = hand_to_belly(person, 7)
+    figures = (figure_of("deep", "motion", moved),)
+    monkeypatch.setattr(CaseList, "scene", lambda self, case: Scene("tubes", figures, 30.0))
+    looked = []
+    plain = scenes.inside_mask
+    monkeypatch.setattr(scenes, "inside_mask", lambda *each: looked.append(1) or plain(*each))
+    url = serving(CaseList(files=[bvh_file(tmp_path / "walk.bvh", 6)]))
+    assert json.loads(asked(f"{url}/scene?case=")[1])["figures"][0]["skin"]
+    assert looked == []
+    corners = json.loads(asked(f"{url}/inside?case=&figure=0&frame=3")[1])
+    assert len(corners) == int(figures[0].inside_at(3).sum()) > 0
+    assert looked == [1]
 
 
 def bench_view(*arguments: str) -> subprocess.Popen:
@@ -157,20 +156,15 @@ def bench_view(*arguments: str) -> subprocess.Popen:
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-@needs_viser
 def test_the_page_is_there_on_this_machine_alone_until_ctrl_c(tmp_path):
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    process = bench_view(str(bvh_file(tmp_path / "walk.bvh", 6)), "--port", str(port))
+    process = bench_view(str(bvh_file(tmp_path / "walk.bvh", 6)), "--port", "0")
     try:
         assert process.stdout is not None
         line = process.stdout.readline()
-        assert line == f"http://127.0.0.1:{port} shows it; Ctrl-C stops\n"
-        with urllib.request.urlopen(f"http://127.0.0.1:{port}", timeout=20) as page:
-            assert page.status == 200
-            assert b"<html" in page.read().lower()
-        time.sleep(0.3)
+        url = re.fullmatch(r"(http://127\.0\.0\.1:\d+) shows it; Ctrl-C stops\n", line)[1]
+        status, page = asked(url)
+        assert status == 200
+        assert b"RetargetPlayer" in page
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=30)
     finally:
@@ -179,40 +173,35 @@ def test_the_page_is_there_on_this_machine_alone_until_ctrl_c(tmp_path):
     assert "Traceback" not in err
 
 
-@needs_viser
-def test_pages_of_other_sites_are_refused(tmp_path):
-    from websockets.exceptions import InvalidStatus
-    from websockets.sync.client import connect
+def test_pages_of_other_sites_are_refused(tmp_path, serving):
+    url = serving(CaseList(files=[bvh_file(tmp_path / "walk.bvh", 6)]))
+    port = url.rpartition(":")[2]
+    here, localhost = f"127.0.0.1:{port}", f"localhost:{port}"
 
-    def answered(**headers: str | None) -> int:
-        with socket.create_connection(("127.0.0.1", port)) as pipe:
-            try:
-                origin = headers.pop("Origin", None)
-                uri = f"ws://{headers.pop('Host', f'127.0.0.1:{port}')}"
-                connect(uri, sock=pipe, origin=origin, subprotocols=["viser-v0.0.0"], proxy=None).close()
-            except InvalidStatus as refusal:
-                return refusal.response.status_code
-        return 101
+    def answered(**headers: str) -> int:
+        return asked(f"{url}/cases", **headers)[0]
 
-    window = live.Window(CaseList(files=[bvh_file(tmp_path / "walk.bvh", 6)]), 0)
+    assert answered() == answered(Host=localhost, Origin=f"http://{localhost}") == 200
+    assert answered(Origin=f"http://{here}", **{"Sec-Fetch-Site": "same-origin"}) == 200
+    for origin in ("http://evil.example", f"http://evil.example:{port}", "null", "", f"http://{localhost}"):
+        assert answered(Origin=origin) == 403, origin
+    for other in (f"evil.example:{port}", "evil.example", f"127.0.0.1:{int(port) + 1}"):
+        assert answered(Host=other) == 403, other
+    for site in ("cross-site", "same-site"):
+        assert answered(**{"Sec-Fetch-Site": site}) == 403, site
+
+
+def test_it_plays_in_a_browser_and_follows_its_file(tmp_path, serving, browser):
+    file = bvh_file(tmp_path / "walk.bvh", 6)
+    tab = browser.new_page()
     try:
-        port = window.server.get_port()
-        here, localhost = f"127.0.0.1:{port}", f"localhost:{port}"
-        assert (
-            answered(Origin=f"http://{here}")
-            == answered(Host=localhost, Origin=f"http://{localhost}")
-            == 101
-        )
-        for origin in ("http://evil.example", f"http://evil.example:{port}", "null", "", None):
-            assert answered(Origin=origin) == 403, origin
-        for other in (f"evil.example:{port}", "evil.example", f"127.0.0.1:{port + 1}"):
-            assert answered(Host=other, Origin=f"http://{other}") == 403, other
-        assert answered(Origin=f"http://{localhost}") == 403
-        request = urllib.request.Request(window.url, headers={"Host": f"evil.example:{port}"})
-        with pytest.raises(urllib.error.HTTPError, match="403"):
-            urllib.request.urlopen(request, timeout=20)
+        tab.goto(serving(CaseList(files=[file])))
+        tab.get_by_text("/ 6").wait_for()
+        assert not tab.locator("#case").is_visible()
+        bvh_file(file, 9)
+        tab.get_by_text("/ 9").wait_for(timeout=60_000)
     finally:
-        window.stop()
+        tab.close()
 
 
 def refused(capsys, *arguments: str) -> str:
@@ -222,14 +211,6 @@ def refused(capsys, *arguments: str) -> str:
     return capsys.readouterr().err
 
 
-def test_without_viser_a_sentence_says_what_to_do(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(live, "find_spec", lambda name: None)
-    message = refused(capsys, str(tmp_path))
-    assert message == f"bench: {live.NO_VISER}\n"
-    assert "pip install 'retarget-bench[viz]'" in message
-
-
-@needs_viser
 def test_what_cannot_be_shown_is_told_in_words(tmp_path, capsys):
     assert "there is no folder" in refused(capsys, "-r", str(tmp_path / "none"))
     assert "cannot be read" in refused(capsys, str(tmp_path / "none.bvh"))

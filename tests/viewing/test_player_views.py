@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from acted import FRAMES, acted, figure, scene
 from playing import RED, button, frame, picture
 from viewing_toys.toy_moves import DOG, body
@@ -80,21 +79,16 @@ def alone_and_among(opened, labels: list[str], label: str) -> tuple[int, int, li
     return before, opened.evaluate(RED, 0.5), [text.split()[0] for text in out_of_view]
 
 
-@pytest.mark.parametrize("follow", [True, False])
-def test_who_goes_far_away_does_not_make_the_others_tiny(mounted, follow):
+def test_who_goes_far_away_does_not_make_the_others_tiny(mounted):
     options = {"overlay": True, "frame": FRAMES - 1, "colours": {"reference": "#d00000"}}
     opened = mounted(gone(scene(), "leaning", 30.0), options=options)
-    button(opened, "Floor faults").click()  # red, too
-    if not follow:
-        button(opened, "Follow").click()
+    button(opened, "Contacts").click()  # slides are red, too
     before, after, out_of_view = alone_and_among(opened, ["source", "reference", "good", "sunk"], "leaning")
     assert before > 500
     assert abs(after - before) < 0.05 * before
     assert out_of_view == ["leaning"]
 
 
-def test_aligned_or_alone_it_is_in_view_wherever_it_goes(mounted):
+def test_alone_it_is_in_view_wherever_it_goes(mounted):
     opened = mounted(gone(scene(), "leaning", 30.0), options={"overlay": True, "frame": FRAMES - 1})
     assert alone_and_among(opened, [], "leaning")[2] == []
-    button(opened, "Align").click()
-    assert alone_and_among(opened, ["reference", "good"], "leaning")[2] == []

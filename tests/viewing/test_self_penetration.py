@@ -11,11 +11,9 @@ from playing import button, frame, picture
 from retarget_bench.motion.motion import PointSets, Surface
 from retarget_bench.motion.penetration import inside_mask
 from retarget_bench.motion.point_sets import unknown_body
-from retarget_bench.report.penetration import penetration, penetration_figure
-from retarget_bench.viewer import player, scene_builder, self_penetration
 from retarget_bench.viewer.colours import LIT
 from retarget_bench.viewer.drawing import Drawing
-from retarget_bench.viewer.packing import packed
+from retarget_bench.viewer.packing import inside_at
 from retarget_bench.viewer.renderer import DrawingStyle
 from retarget_bench.viewer.scene import Scene, figure_of
 from tests.motion.tubes import fleshed, hand_to_belly
@@ -31,7 +29,7 @@ def bad(as_surface: bool = False) -> Scene:
     answer = Surface(person, person.mesh.skinned(moved), 30.0) if as_surface else moved
     figures = (figure_of("still", "reference", still), figure_of("deep", "prediction", answer))
     figures = tuple(replace(each, joints=None, planted=None) for each in figures)  # marks are yellow, too
-    return scene_builder.dressed(Scene("tubes", figures, 30.0))
+    return Scene("tubes", figures, 30.0)
 
 
 def yellow(image) -> int:
@@ -45,11 +43,8 @@ def test_what_is_lit_is_inside_now_and_was_not_at_rest(as_surface):
     person = fleshed()
     still, deep = bad(as_surface).figures
     inside = inside_mask(person, person.mesh.skinned(hand_to_belly(person, FRAMES)))
-    np.testing.assert_array_equal(deep.inside, inside)
-    assert deep.inside[3].sum() > still.inside[3].sum()
-    faces = self_penetration.lit_faces(deep, 3)
-    corners = person.mesh.faces
-    assert [any(deep.inside[3][k] for k in face) for face in corners.tolist()] == faces.tolist()
+    np.testing.assert_array_equal([deep.inside_at(frame) for frame in range(FRAMES)], inside)
+    assert deep.inside_at(3).sum() > still.inside_at(3).sum()
     assert deep.motion is None if as_surface else deep.surface is None
 
 
@@ -57,11 +52,12 @@ def test_what_is_lit_is_inside_now_and_was_not_at_rest(as_surface):
 def test_pictures_stripe_it_in_the_frames_that_have_it(as_surface):
     scene = bad(as_surface)
     deep = replace(scene, figures=scene.figures[1:])
-    dark = replace(deep, figures=(replace(deep.figures[0], inside=np.zeros_like(deep.figures[0].inside)),))
-    style = DrawingStyle((300, 300), skin=True)
-    lit, plain = (Drawing(each, style, range(FRAMES)) for each in (deep, dark))
-    assert yellow(lit.at(3)) > 60
-    assert yellow(plain.at(3)) == 0
+    key = (slice(0, 25), slice(150, 300))  # says in yellow what stripes mean
+    striped = Drawing(deep, DrawingStyle((300, 300), skin=True), range(FRAMES))
+    lit, plain = (np.array(striped.at(frame)) for frame in (3, 0))
+    lit[key] = plain[key] = 255
+    assert yellow(lit) > 60
+    assert yellow(plain) == 0
     bones = Drawing(deep, DrawingStyle((300, 300)), range(FRAMES))
     assert yellow(bones.at(3)) == 0
     assert LIT[0] > LIT[2]
@@ -101,34 +97,42 @@ def test_points_of_a_known_motion_are_drawn_on_its_skin():
     assert 100 < changed(*skin) < 0.1 * 300 * 300
 
 
-LIT_AT = """async (scene) => {
-    const { figures, frames } = await RetargetPlayer.decode(packed(scene));
-    const { lit } = figures[1], count = lit.length / frames;
-    const at = (frame) => lit.subarray(frame * count, (frame + 1) * count);
-    return Array.from({ length: frames }, (_, frame) => at(frame).reduce((a, b) => a + b));
-}"""
 SURFACE_AT = """async (frames) => {
     const { figures, frames: all } = await RetargetPlayer.decode(packed(0));
     return frames.map((frame) => [...RetargetPlayer.surfaceAt(figures[1], frame, all)]);
 }"""
 
 
-def test_pages_light_the_same_corners_and_keys_switch_it(mounted):
+LOOKED_INSIDE = """(known) => {
+    window.asked = [];
+    const inside = (figure, frame) => {
+        asked.push([figure, frame]);
+        return Promise.resolve(figure === 1 ? known[frame] : []);
+    };
+    return show(0, { skins: true, inside }).ready;
+}"""
+
+
+def test_players_ask_for_the_frame_that_is_looked_at_and_keys_switch_it(mounted):
     scene = bad()
     opened = mounted(scene, skins=True)
-    counts = scene.figures[1].inside.sum(axis=1)  # so few triangles that each corner is a vertex
-    assert opened.evaluate(LIT_AT, 0) == counts.tolist()
-    opened.evaluate("view.seek(3)")
-    for skins in (False, True):
-        if skins:
-            button(opened, "Skins").click()
-        lit = picture(opened)
-        button(opened, "Flesh inside").click()
-        assert picture(opened) != lit
-        opened.locator(".rp-canvas").focus()
-        opened.keyboard.press("x")
-        assert picture(opened) == lit
+    assert button(opened, "Flesh inside").count() == 0, "a page from disk has nobody to ask"
+    known = [inside_at(scene.figures[1], frame, 3000) for frame in range(FRAMES)]
+    assert len(known[3]) == scene.figures[1].inside_at(3).sum()  # few triangles: each corner is a vertex
+    opened.evaluate(LOOKED_INSIDE, known)
     frame(opened)
+    opened.evaluate("view.seek(3)")
+    frame(opened)
+    frame(opened)
+    assert opened.evaluate("asked") == [[0, 0], [1, 0], [0, 3], [1, 3]]
+    assert not opened.locator(".rp-search").is_visible()
+    lit = picture(opened)
+    button(opened, "Flesh inside").click()
+    assert picture(opened) != lit
+    opened.locator(".rp-canvas").focus()
+    opened.keyboard.press("x")
+    assert picture(opened) == lit
+    assert len(opened.evaluate("asked")) == 4
 
 
 def test_pages_have_a_surface_to_the_millimetre(mounted):
@@ -142,27 +146,3 @@ def test_pages_have_a_surface_to_the_millimetre(mounted):
         assert len(order[0]) == len(order[1])
         apart = np.linalg.norm(drawn[:, None] - expected[None], axis=-1).min(axis=1)
         assert apart.max() < 2e-3
-
-
-def test_the_mask_costs_little_and_scenes_without_it_nothing():
-    scene = bad()
-    dark = replace(scene, figures=tuple(replace(each, inside=None) for each in scene.figures))
-    none = replace(
-        scene, figures=tuple(replace(each, inside=np.zeros_like(each.inside)) for each in scene.figures)
-    )
-    sizes = [len(player.data(packed(each, skins=True))) for each in (scene, dark)]
-    assert sizes[0] - sizes[1] < 0.15 * sizes[1]
-    assert packed(none, skins=True) == packed(dark, skins=True)
-    assert packed(scene) == packed(dark)
-
-
-def test_the_reports_figure_is_of_answers_with_more_flesh_inside_than_the_reference():
-    scene = bad()
-    assert penetration(scene) > 0
-    assert penetration(replace(scene, figures=scene.figures[:1])) == 0
-    same = tuple(replace(each, part="reference") for each in scene.figures)
-    assert penetration(replace(scene, figures=same)) == 0
-    report_figure = penetration_figure(scene)
-    assert "deep" in report_figure.caption
-    assert "still" not in report_figure.caption
-    assert len(report_figure.png) < 120_000

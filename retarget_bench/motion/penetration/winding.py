@@ -37,10 +37,11 @@ def winding_numbers(
         return np.zeros(len(points))
     middle = points.mean(axis=0)
     points, vertices = points - middle, vertices - middle
+    if closed:
+        return _crossings(points, vertices, triangles)
     step = max(_PAIRS // len(triangles), 1)
-    one = _crossings if closed else _solid_angles
     return np.concatenate(
-        [one(points[k : k + step], vertices, triangles) for k in range(0, len(points), step)]
+        [_solid_angles(points[k : k + step], vertices, triangles) for k in range(0, len(points), step)]
     )
 
 
@@ -75,10 +76,9 @@ def _crossings(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) 
     # boxes are a hair too large: rounding must not leave out one of two triangles at an edge
     hair = _HAIR * np.abs(vertices).max()
     low, high = corners.min(axis=1) - hair, corners.max(axis=1) + hair
-    near = points[:, None, 0] <= high[:, 0]
-    for axis in (1, 2):
-        near &= (points[:, None, axis] >= low[:, axis]) & (points[:, None, axis] <= high[:, axis])
-    point, triangle = np.nonzero(near)
+    point, triangle = _under(points[:, 1:], low[:, 1:], high[:, 1:])
+    near = points[point, 0] <= high[triangle, 0]
+    point, triangle = point[near], triangle[near]
     turns = np.zeros(len(point))
     for k in range(3):
         turns += _passes(points[point], vertices, triangles[triangle, k], triangles[triangle, (k + 1) % 3])
@@ -87,6 +87,39 @@ def _crossings(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) 
         np.einsum("nc,nc->n", corners[triangle, 0] - points[point], normal) * np.sign(normal[:, 0]) > 0.0
     )
     return np.bincount(point, turns * ahead, minlength=len(points))
+
+
+def _under(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of points ``(points, 2)`` and boxes ``(F, 2)`` that hold them, by number.
+
+    Boxes are listed in the cells of a grid that they touch, of which a point asks its own alone.
+    """
+    start, end = low.min(axis=0), high.max(axis=0)
+    kept = np.flatnonzero(((points >= start) & (points <= end)).all(axis=1))
+    side = max(int(np.sqrt(len(low))), 1)
+    cell = np.maximum((end - start) / side, np.finfo(float).tiny)
+
+    def cells(places: np.ndarray) -> np.ndarray:
+        return np.clip(((places - start) / cell).astype(np.int64), 0, side - 1)
+
+    first, last = cells(low), cells(high)
+    across, up = (last - first + 1).T
+    boxes = np.repeat(np.arange(len(low)), across * up)
+    place = _counted(across * up)
+    column, row = first[boxes, 0] + place // up[boxes], first[boxes, 1] + place % up[boxes]
+    listed = np.argsort(column * side + row, kind="stable")
+    counts = np.bincount(column * side + row, minlength=side * side)
+    own = cells(points[kept]) @ np.array([side, 1])
+    begins = np.cumsum(counts) - counts
+    point = np.repeat(kept, counts[own])
+    box = boxes[listed[np.repeat(begins[own], counts[own]) + _counted(counts[own])]]
+    held = ((points[point] >= low[box]) & (points[point] <= high[box])).all(axis=1)
+    return point[held], box[held]
+
+
+def _counted(counts: np.ndarray) -> np.ndarray:
+    """0, 1, ... anew for each of these counts."""
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def _passes(points: np.ndarray, vertices: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:

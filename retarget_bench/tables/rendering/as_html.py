@@ -90,8 +90,8 @@ def tooltip(cell: Cell, column: Column) -> str:
     parts = [{"": "", "best": words.BEST, "tied": words.TIED}[cell.mark]]
     if cell.n:
         of_sets = column.label == "FID"  # of all answers as one set, beside means over cases
-        over = f"over {count(cell.n, 'window')}" if of_sets else f"mean over {count(cell.n, 'case')}"
-        parts.append(f"{over} of {count(cell.clips, 'clip')}")
+        windows = f"over {count(cell.n, 'window')} of {count(cell.clips, 'clip')}"
+        parts.append(windows if of_sets else f"mean over {words.clips_and_cases(cell.clips, cell.n)}")
     if cell.interval:
         parts.append(f"interval {cell.between}")
     return "; ".join(part for part in (*parts, cell.reason) if part)

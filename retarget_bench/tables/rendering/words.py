@@ -17,6 +17,7 @@ from retarget_bench.tables.model import (
     Problem,
     Row,
     Table,
+    count,
 )
 from retarget_bench.tables.model import NOT_RANKED as NOT_RANKED
 
@@ -176,6 +177,11 @@ def counted(group: Group) -> str:
     if group.counted == "windows":
         return WINDOWS
     return N_PART if group.subject else N
+
+
+def clips_and_cases(clips: int, cases: int) -> str:
+    """``43 clips, 46 cases``."""
+    return f"{count(clips, 'clip')}, {count(cases, 'case')}"
 
 
 def brief(group: Group) -> str:

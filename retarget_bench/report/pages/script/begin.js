@@ -89,7 +89,10 @@ for (const table of document.querySelectorAll("main table.results")) linkTable(t
 for (const table of document.querySelectorAll("main table.problems")) linkProblems(table);
 beginMarks();
 beginControls();
-if (data.first) [asked.chapter, asked.split] = data.first;
+if (data.first) {
+  [asked.chapter, asked.split] = data.first.case;
+  asked.method = data.first.methods[data.first.methods.length - 1];
+}
 drawControls();
-if (data.first) show(...data.first, splitNow().seen);
+if (data.first) show(...data.first.case, data.first.methods);
 else drawList();

@@ -3,7 +3,6 @@
 const LIGHT = [-0.48, 0.62, 0.62]; // from the upper left, behind the eye
 const AMBIENT = 0.46, DIFFUSE = 0.72, LEVELS = 8;
 const RIGHT_DIMMED = 0.8; // the right side is darker, so that sides can be told apart
-const HEAT_TOP = 20; // % of height
 
 function rgb(hex) {
   return [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
@@ -170,26 +169,8 @@ function drawBodies(player, list, thin, sheet, part) {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
   };
   if (!part) return draw(all);
-  if (!list.some((figure) => wears(player, figure))) { // all there is on the sheet is seen through the body
-    draw(all);
-    return drawSkins(context, sheet, part);
-  }
   draw(all.filter((piece) => behind(piece, sheet, part)));
   drawSkins(context, sheet, part);
   draw(all.filter((piece) => !behind(piece, sheet, part)));
 }
 
-/* A figure as one flat shape, to be compared with. */
-function drawGhost(context, ratio, figure, colour) {
-  const all = [], place = {};
-  pieces(figure, 1, all);
-  context.beginPath();
-  for (const piece of all) {
-    const { a, b, x, y, length, cos, sin } = placed(piece, place);
-    context.setTransform(ratio * cos, ratio * sin, -ratio * sin, ratio * cos, ratio * x, ratio * y);
-    tapered(context, length, a, b);
-  }
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.fillStyle = colour;
-  context.fill("nonzero");
-}

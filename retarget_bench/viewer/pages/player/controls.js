@@ -11,14 +11,7 @@ const ICONS = {
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 const TOGGLES = [
   ["overlay", "Overlay", "O", "all figures in one place"],
-  ["align", "Align", "L", "overlaid figures at the same place"],
-  ["ghost", "Ghost", "G", "the reference behind every method"],
-  ["heat", "Heat", "H", `joints coloured by how far they are off the reference, red at ${HEAT_TOP} % of height`],
-  ["trails", "Trails", "T", "where hands, feet and head were during the last second"],
-  ["contacts", "Contacts", "C", "feet that stand, and rings where feet should stand and do not"],
-  ["marks", "Floor faults", "M", "where feet slid while they should stand, and joints below the floor"],
-  ["size", "True size", "Z", "bodies as large as they are; else each fills its panel"],
-  ["follow", "Follow", "F", "the view goes with the figures"],
+  ["contacts", "Contacts", "C", "feet that stand, that should and do not, or that slid, and joints below the floor"],
 ];
 const SKINS = ["skins", "Skins", "K", "the surface of bodies that have one, in place of bones"];
 const LIT = ["lit", "Flesh inside", "X", "striped, and seen through the skin: limbs inside the rest of the body"];
@@ -36,9 +29,9 @@ const KEYS = [
 ];
 
 /* What can be switched in a scene. */
-function togglesOf({ figures }) {
-  const some = (held) => figures.some((each) => held(each));
-  return [...TOGGLES, ...(some(hasSkin) ? [SKINS] : []), ...(some((each) => each.lit) ? [LIT] : [])];
+function togglesOf({ scene, options }) {
+  if (!scene.figures.some(hasSkin)) return TOGGLES;
+  return [...TOGGLES, SKINS, ...(options.inside ? [LIT] : [])];
 }
 
 function node(name, attributes, ...children) {
@@ -125,7 +118,7 @@ function figureChips(player) {
 
 function toggles(player) {
   player.toggles = {};
-  const buttons = togglesOf(player.scene).map(([key, name, letter, what]) => {
+  const buttons = togglesOf(player).map(([key, name, letter, what]) => {
     const button = node("button", { type: "button", class: "rp-toggle", title: `${what} (${letter})`,
       "aria-pressed": String(player.show[key]) }, name);
     button.addEventListener("click", () => toggle(player, key));
@@ -145,7 +138,7 @@ function toggles(player) {
 }
 
 function help(player) {
-  const shown = togglesOf(player.scene).map(([, name, key, what]) => [key, `${name}: ${what}`]);
+  const shown = togglesOf(player).map(([, name, key, what]) => [key, `${name}: ${what}`]);
   const rows = [...KEYS, ...shown].flatMap(([key, what]) => [node("dt", {}, node("kbd", {}, key)), node("dd", {}, what)]);
   player.help = node("details", { class: "rp-help" }, node("summary", {}, "Keys and marks"),
     node("p", {}, "Drag to turn, drag with Shift or the right button to move, use the wheel to zoom once the "
@@ -163,6 +156,7 @@ function build(player) {
   player.canvas = node("canvas", { role: "img", tabindex: 0, class: "rp-canvas", "aria-label": scene.title });
   player.context = player.canvas.getContext("2d", { alpha: false });
   player.live = node("p", { class: "rp-live", "aria-live": "polite" });
+  player.search = node("p", { class: "rp-search", role: "status", hidden: true }, "Looking for flesh inside flesh…");
   player.worstList = node("ol", {});
   player.worstBox = node("div", { class: "rp-worst", role: "group", "aria-label": "Worst frames" },
     node("span", { class: "rp-heading" }, "Worst frames"), player.worstList);
@@ -170,5 +164,5 @@ function build(player) {
     node("li", {}, `${figure.label}: ${figure.positions ? "" : `${figure.status}. `}${figure.message}`));
   const missing = node("ul", { class: "rp-missing", hidden: !messages.length }, ...messages);
   player.root.replaceChildren(player.canvas, transport(player), timeline(player), player.worstBox,
-    figureChips(player), toggles(player), missing, help(player), player.live);
+    figureChips(player), toggles(player), player.search, missing, help(player), player.live);
 }

@@ -26,13 +26,14 @@ function smoothPath(figure, frames, fps, ground) {
 /* Metres: how high joints are above the floor, how deep below it, and how far bones are sideways of the path,
    and the skin. */
 function reach(figure, frames, ground) {
-  const { positions, path } = figure;
-  const joints = figure.body.parents.length;
+  const { positions, path, body: { sides } } = figure;
+  const joints = sides.length;
   const thick = thickness(figure.body);
   const around = hasSkin(figure) ? figure.body.skin.around : new Map();
   let up = 0, down = 0, wide = 0, worn = 0;
   for (let frame = 0; frame < frames; frame++) {
     for (let joint = 0; joint < joints; joint++) {
+      if (sides[joint] === "h") continue;
       const at = 3 * (frame * joints + joint);
       const x = positions[at], z = positions[at + 2];
       const high = positions[at + 1] - floorAt(ground, x, z);
@@ -79,6 +80,7 @@ function sunkOf(figure, frames, ground) {
   return Array.from({ length: frames }, (_, frame) => {
     const found = [];
     for (let joint = 0; joint < joints; joint++) {
+      if (figure.body.sides[joint] === "h") continue;
       const at = 3 * (frame * joints + joint);
       const depth = floorAt(ground, figure.positions[at], figure.positions[at + 2]) - figure.positions[at + 1];
       if (depth > SUNK) found.push({ joint, depth });
@@ -93,10 +95,10 @@ function prepared(scene) {
   const reference = figures.find((each) => each.part === "reference" && each.positions);
   for (const figure of figures) {
     figure.id = figures.indexOf(figure);
+    figure.inside = new Map(); // frame -> corners of its skin that are inside the body
     if (!figure.positions) continue;
     const joints = figure.body.parents.length;
     const compared = figure.part === "prediction" && reference && reference.body === figure.body;
-    figure.reference = compared ? reference : null;
     const same = compared && reference.planted && String(figure.contacts) === String(reference.contacts);
     figure.asked = same ? reference.planted : null;
     figure.path = smoothPath(figure, frames, fps, ground);

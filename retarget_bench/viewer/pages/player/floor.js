@@ -3,13 +3,14 @@
 const MESHES = [0.1, 0.25, 0.5, 1]; // metres between lines; the smallest is for small dogs
 const FADES = 8; // shades of its lines
 const FLOOR_INK = 0.55; // how much of the colour the nearest have
+const BEYOND = 2; // metres that the edges of a field of heights go on
 
 /* Lines of the floor around a place as points [x, y, z], NaN between lines: chords of a circle in steps. */
 function meshAround(ground, x0, z0, reach, mesh) {
-  const found = [], step = ground.heights ? Math.max(ground.spacing, mesh / 4) : mesh;
+  const found = [];
   for (let along = -reach; along <= reach + 1e-6; along += mesh) {
     const half = Math.sqrt(Math.max(reach * reach - along * along, 0));
-    const steps = Math.max(Math.ceil((2 * half) / step), 1);
+    const steps = Math.max(Math.ceil((2 * half) / mesh), 1);
     for (const turned of [false, true]) {
       found.push(NaN);
       for (let i = 0; i <= steps; i++) {
@@ -33,6 +34,69 @@ function keptMesh(ground, x0, z0, reach, mesh) {
   return kept.get(key);
 }
 
+/* Where a field of heights bends along one axis, and half metres between: the sides of its tiles, metres. */
+function knots({ heights, rows, columns, origin, spacing }, axis) {
+  const count = axis ? rows : columns, others = axis ? columns : rows;
+  const at = (k, other) => (axis ? heights[other * rows + k] : heights[k * rows + other]);
+  const found = [0, count - 1];
+  for (let k = 1; k < count - 1; k++) {
+    for (let other = 0; other < others; other++) {
+      if (Math.abs(at(k - 1, other) - 2 * at(k, other) + at(k + 1, other)) < 2.5e-3) continue; // rounded
+      found.push(k);
+      break;
+    }
+  }
+  const own = found.map((k) => origin[axis] + spacing * k);
+  const first = Math.min(...own) - BEYOND, last = Math.max(...own) + BEYOND;
+  for (let half = Math.ceil(2 * first); half <= 2 * last; half++) own.push(half / 2);
+  return own.sort((a, b) => a - b).filter((value, i, all) => !i || value - all[i - 1] > 1e-4);
+}
+
+/* The tiles of a field of heights: corners [x, y, z] four times, and how steep each is, 0 to 1. */
+function tilesOf(ground) {
+  const xs = knots(ground, 0), zs = knots(ground, 1), found = [];
+  for (let i = 1; i < xs.length; i++) {
+    for (let k = 1; k < zs.length; k++) {
+      const corners = [[xs[i - 1], zs[k - 1]], [xs[i], zs[k - 1]], [xs[i], zs[k]], [xs[i - 1], zs[k]]]
+        .map(([x, z]) => [x, floorAt(ground, x, z), z]);
+      const slope = (a, b) => Math.abs(a[1] - b[1]) / Math.hypot(a[0] - b[0], a[2] - b[2]);
+      found.push({ corners, steep: Math.min(Math.max(slope(corners[0], corners[1]), slope(corners[0], corners[3])), 1) });
+    }
+  }
+  return found;
+}
+
+/* Stairs and whatever else is not flat, as tiles, the far ones first. */
+function drawField(context, view, ground, reach, theme) {
+  if (!ground.tiles) ground.tiles = tilesOf(ground);
+  const seen = [];
+  for (const { corners, steep } of ground.tiles) {
+    const [[x, , z]] = corners;
+    if (Math.hypot(x - view.target[0], z - view.target[2]) > reach) continue;
+    const places = corners.map((corner) => {
+      const out = [0, 0, 0, 0];
+      view.project(...corner, out, 0);
+      return out;
+    });
+    const [a, b, , d] = places;
+    if ((b[0] - a[0]) * (d[1] - a[1]) < (d[0] - a[0]) * (b[1] - a[1])) continue; // it looks away
+    seen.push({ places, steep, away: places.reduce((sum, place) => sum + place[2], 0) });
+  }
+  seen.sort((one, other) => other.away - one.away);
+  context.lineWidth = 1;
+  context.strokeStyle = theme.grid;
+  for (const { places, steep } of seen) {
+    context.beginPath();
+    for (const [x, y] of places) context.lineTo(x, y);
+    context.closePath();
+    context.fillStyle = mixed(theme.stage, theme.grid, 0.15 + 0.5 * steep);
+    context.fill();
+    context.globalAlpha = FLOOR_INK;
+    context.stroke();
+    context.globalAlpha = 1;
+  }
+}
+
 /* Lines that fade out away from the middle of a panel: each step of them is of one shade, as hairlines of one
    colour are drawn several times faster than lines with a gradient along them. */
 function drawFloor(context, view, ground, size, theme, ratio) {
@@ -40,6 +104,7 @@ function drawFloor(context, view, ground, size, theme, ratio) {
   const mesh = MESHES.find((each) => each > 0.2 * size) || MESHES[3];
   const widest = Math.min(2 * size, box.w / view.scale);
   const reach = Math.max(Math.ceil(widest / mesh), 3) * mesh;
+  if (ground.heights) return drawField(context, view, ground, reach, theme);
   const lines = keptMesh(
     ground, Math.round(target[0] / mesh) * mesh, Math.round(target[2] / mesh) * mesh, reach, mesh);
   const shades = Array.from({ length: FADES + 1 }, () => new Path2D());

@@ -104,7 +104,7 @@ function keys(player) {
     0: () => setView(player, HOME),
     "?": () => (player.help.open = !player.help.open),
   };
-  for (const [key, , letter] of togglesOf(player.scene)) actions[letter.toLowerCase()] = () => toggle(player, key);
+  for (const [key, , letter] of togglesOf(player)) actions[letter.toLowerCase()] = () => toggle(player, key);
   listen(player, player.root, "keydown", (event) => {
     if (event.altKey || event.ctrlKey || event.metaKey) return;
     const { tagName, type } = event.target;

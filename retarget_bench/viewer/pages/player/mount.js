@@ -1,7 +1,6 @@
 /* The player itself: what it knows, how that changes, and when it is drawn. */
 
-const SHOWN = { overlay: false, align: false, ghost: false, heat: false, trails: false, contacts: true, marks: true,
-  size: false, follow: true, skins: false, lit: true };
+const SHOWN = { overlay: false, contacts: true, skins: false, lit: true };
 const CONTRAST = 3; // WCAG 2, of what is no text
 
 function listen(player, target, name, action, passive) {
@@ -18,6 +17,7 @@ function redraw(player) {
     drawStage(player);
     showTime(player);
     if (player.playing) redraw(player);
+    else lookInside(player);
   });
 }
 
@@ -147,7 +147,8 @@ function mount(element, packed, options = {}) {
   root.append(node("p", { class: "rp-wait" }, "Unpacking the motion…"));
   element.replaceChildren(root);
   const player = { root, options: { ...options }, camera: newCamera(), stop: new AbortController(), time: 0,
-    speed: 1, playing: false, worstAt: -1, toldFrame: -1, show: { ...SHOWN, overlay: Boolean(options.overlay) } };
+    speed: 1, playing: false, looking: false, worstAt: -1, toldFrame: -1,
+    show: { ...SHOWN, overlay: Boolean(options.overlay), skins: Boolean(options.skins) } };
   const ready = decode(packed).then((scene) => {
     if (player.gone) return;
     player.scene = prepared(scene);
@@ -169,6 +170,12 @@ function mount(element, packed, options = {}) {
       select(player, labels);
       player.chips.forEach((chip, i) => (chip.control.checked = player.selected.has(i)));
       changed(player);
+    },
+    frame() {
+      return player.canvas ? frameOf(player) : 0;
+    },
+    chosen() {
+      return player.canvas ? chosen(player).map((each) => each.label) : player.options.labels;
     },
     destroy() {
       player.gone = true;

@@ -27,18 +27,6 @@ function series(next, rows, columns, step, out) {
   return out;
 }
 
-/* Runs of frames in which some corners are not lit, and are, in turn: out[frame * corners + corner]. */
-function runs(next, count, frames, corners) {
-  const out = new Uint8Array(corners * frames), ever = [];
-  for (let i = 0, corner = 0; i < count; i++) ever.push((corner += next()));
-  for (const corner of ever) {
-    for (let frame = 0, on = 0; frame < frames; on = 1 - on) {
-      for (let left = next(); left > 0; left--, frame++) out[frame * corners + corner] = on;
-    }
-  }
-  return out;
-}
-
 async function inflated(text) {
   if (typeof DecompressionStream === "undefined") {
     throw new Error("This browser is too old to unpack motions; open the page in a newer one.");
@@ -51,8 +39,7 @@ async function inflated(text) {
 }
 
 /* A scene with typed arrays: positions [frame][joint][xyz] metres, planted [frame][contact], error [frame],
-   where there are skins turns [frame][joint of the skin][wxyz], or moved [frame][corner of the skin][xyz] metres,
-   and where flesh is inside flesh lit [frame][corner of the skin]. */
+   and where there are skins turns [frame][joint of the skin][wxyz], or moved [frame][corner of the skin][xyz] metres. */
 async function decode(packed) {
   if (packed.schema !== 1) throw new Error("This scene was packed by another version of the program.");
   const next = integers(await inflated(packed.data));
@@ -60,7 +47,7 @@ async function decode(packed) {
   const bodies = packed.bodies.map((told) => ({ ...told }));
   const figures = packed.figures.map((told) => {
     const figure = { ...told, body: bodies[told.body], positions: null, planted: null, error: null, turns: null,
-      moved: null, lit: null };
+      moved: null };
     if (!told.shown) return figure;
     const rows = figure.body.parents.length * 3;
     figure.positions = series(next, rows, frames, packed.step, new Float32Array(rows * frames));
@@ -76,7 +63,6 @@ async function decode(packed) {
       const turned = figure.body.skin.joints.length * 4;
       figure.turns = series(next, turned, frames, packed.turnStep, new Float32Array(turned * frames));
     }
-    if (told.lit) figure.lit = runs(next, told.lit, frames, figure.body.skin.vertices);
     return figure;
   });
   const ground = { ...packed.ground };

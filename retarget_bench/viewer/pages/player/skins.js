@@ -2,8 +2,6 @@
 
 const FOLLOWED = 4; // joints that a corner follows
 const WHOLE = 1023; // what its shares sum to
-const MOST = 13000; // triangles of all skins that are shown; where there are more, all are coarser
-const COARSE = 1500; // triangles of a coarser one
 
 /* Corners [vertex][xyz] and joints [joint][xyz] of the skin's own pose, metres; faces [face][3]; per corner the
    places among the joints of those that it follows, [vertex][4], and their shares, which sum to 1. */
@@ -26,7 +24,7 @@ function readSkin(next, told, step) {
     }
   }
   return { joints, corners, rest, faces: found, followed, shares, normals: normalsOf(corners, found),
-    over: Math.max(highest(corners) - highest(rest), 0), around: around(joints, corners, rest, followed), coarse: null };
+    over: Math.max(highest(corners) - highest(rest), 0), around: around(joints, corners, rest, followed) };
 }
 
 /* Joint of the body -> how far away the farthest corner is that follows it most. */
@@ -38,57 +36,6 @@ function around(joints, corners, rest, followed) {
     found.set(joint, Math.max(found.get(joint) || 0, Math.hypot(x, y, z)));
   }
   return found;
-}
-
-/* A skin of at most COARSE triangles, of cells of a grid that are as small as they can be. */
-function coarser(skin) {
-  if (skin.faces.length <= 3 * COARSE) return skin;
-  let small = 0.001, large = 1, best = clustered(skin, large);
-  for (let tries = 0; tries < 12; tries++) {
-    const step = Math.sqrt(small * large), tried = clustered(skin, step);
-    if (tried.faces.length > 3 * COARSE) small = step;
-    else [large, best] = [step, tried];
-  }
-  return best;
-}
-
-/* Corners in the same cell that follow the same joint most are one in their middle, as in packing. */
-function clustered(skin, step) {
-  const { corners, followed, shares, faces } = skin;
-  const places = new Map(), sums = [], first = [];
-  const place = Uint32Array.from({ length: corners.length / 3 }, (_, i) => {
-    const [x, y, z] = corners.subarray(3 * i, 3 * i + 3);
-    const key = [Math.floor(x / step), Math.floor(y / step), Math.floor(z / step), followed[FOLLOWED * i]].join();
-    if (!places.has(key)) {
-      places.set(key, sums.length);
-      sums.push([0, 0, 0, 0]);
-      first.push(i);
-    }
-    const at = places.get(key);
-    [x, y, z, 1].forEach((value, axis) => (sums[at][axis] += value));
-    return at;
-  });
-  const left = [];
-  for (let i = 0; i < faces.length; i += 3) {
-    const [a, b, c] = [place[faces[i]], place[faces[i + 1]], place[faces[i + 2]]];
-    if (a !== b && b !== c && c !== a) left.push(a, b, c);
-  }
-  const middles = Float32Array.from(sums.flatMap(([x, y, z, count]) => [x / count, y / count, z / count]));
-  const kept = (values) => values.constructor.from(
-    first.flatMap((i) => Array.from(values.subarray(FOLLOWED * i, FOLLOWED * (i + 1)))));
-  return { ...skin, place, corners: middles, faces: Uint32Array.from(left), followed: kept(followed), shares: kept(shares),
-    normals: normalsOf(middles, left) };
-}
-
-/* Lets those who wear skins wear finer or coarser ones, by how many are shown. */
-function dress(figures) {
-  const many = figures.reduce((sum, each) => sum + each.body.skin.faces.length / 3, 0) > MOST;
-  for (const figure of figures) {
-    const { skin } = figure.body;
-    const worn = many && !figure.moved ? skin.coarse || (skin.coarse = coarser(skin)) : skin, count = worn.corners.length / 3;
-    if (figure.worn === worn) continue;
-    Object.assign(figure, { worn, surface: new Float32Array(3 * count), onSheet: new Float32Array(4 * count) });
-  }
 }
 
 /* Where the surface looks at each corner, [vertex][xyz] of length 1: the mean of its faces, the larger the more. */
@@ -120,13 +67,28 @@ function hasSkin(figure) {
   return figure.turns !== null || figure.moved !== null;
 }
 
-/* The corners of a figure's skin that are lit now, [corner]; null where none is. */
+/* The corners of a figure's skin that are inside its body now, as far as that is known; null where none is. */
 function litNow(player, figure) {
-  if (!player.show.lit || !figure.lit) return null;
-  const count = figure.body.skin.corners.length / 3;
-  const frame = Math.min(Math.round(player.time), player.scene.frames - 1);
-  const now = figure.lit.subarray(frame * count, (frame + 1) * count);
-  return now.includes(1) ? now : null;
+  return (player.show.lit && wears(player, figure) && figure.inside.get(frameOf(player))) || null;
+}
+
+/* Asks which corners are inside the body in the frame that is looked at: one figure at a time, each frame once. */
+function lookInside(player) {
+  const { options, show, scene } = player, frame = frameOf(player);
+  const open = (figure) => wears(player, figure) && !figure.inside.has(frame);
+  const figure = options.inside && show.lit && !player.looking && chosen(player).find(open);
+  player.search.hidden = !figure && !player.looking;
+  if (!figure) return;
+  player.looking = true;
+  const known = (corners) => {
+    const now = new Uint8Array(figure.body.skin.corners.length / 3);
+    for (const corner of corners) now[corner] = 1;
+    figure.inside.set(frame, corners.length ? now : null);
+  };
+  options.inside(scene.figures.indexOf(figure), frame).then(known, () => known([])).then(() => {
+    player.looking = false;
+    redraw(player);
+  });
 }
 
 /* Room for figures that reach so high and wide by their joints: heads of skins are above them, snouts before them. */
@@ -213,8 +175,8 @@ function movedTo({ target, cy, sy, cp, sp }, surface, faces, tones) {
 /* Corners of a skin that bones move, for the eye, and their tones likewise. */
 function followedTo(player, figure, view, tones) {
   const bound = turnedTo(view, bindings(figure, player.time, player.scene.frames));
-  toned(figure.worn, bound, tones);
-  return blended(figure.worn, bound, figure.surface);
+  toned(figure.body.skin, bound, tones);
+  return blended(figure.body.skin, bound, figure.surface);
 }
 
 /* The same for the eye: to its right, up, and towards it from the middle of what it sees, metres. */
@@ -251,9 +213,13 @@ function toned({ normals, followed, shares, joints }, bound, out) {
 
 /* Corners of a figure on a sheet, [vertex][x, y, nearness, tone]: nearness in pixels per metre. */
 function cornersOn(player, figure, view, fine) {
-  const { worn, onSheet: out } = figure;
+  const { faces, corners } = figure.body.skin;
+  if (!figure.onSheet) {
+    Object.assign(figure, { surface: new Float32Array(corners.length), onSheet: new Float32Array((4 * corners.length) / 3) });
+  }
+  const out = figure.onSheet;
   const surface = figure.moved
-    ? movedTo(view, movedAt(figure, player.time, player.scene.frames, figure.surface), worn.faces, out)
+    ? movedTo(view, movedAt(figure, player.time, player.scene.frames, figure.surface), faces, out)
     : followedTo(player, figure, view, out);
   for (let i = 0; 3 * i < surface.length; i++) {
     const near = view.strength / Math.max(view.eye - surface[3 * i + 2], 0.05 * view.eye);
@@ -266,7 +232,7 @@ function cornersOn(player, figure, view, fine) {
 
 /* The faces of a figure that look towards the eye. */
 function fillSkin(player, sheet, part, figure) {
-  const { worn: { joints, faces, followed }, onSheet: at } = figure;
+  const { body: { skin: { joints, faces, followed } }, onSheet: at } = figure;
   const colours = joints.map((joint) => player.ink(toneOf(player, figure, joint, joint)));
   for (let i = 0; i < faces.length; i += 3) {
     const a = 4 * faces[i], b = 4 * faces[i + 1], c = 4 * faces[i + 2];
@@ -281,13 +247,11 @@ const STRIPE = 0xff141414;
 
 /* Flesh inside flesh, over all that hides it, striped. */
 function fillLit(player, sheet, part, figure, now) {
-  const { worn: { faces, place }, onSheet: at } = figure;
-  const lit = place ? new Uint8Array(at.length / 4) : now;
-  if (place) now.forEach((on, corner) => (lit[place[corner]] |= on));
+  const { body: { skin: { faces } }, onSheet: at } = figure;
   const ink = player.ink(player.theme.lit), over = at.slice();
   for (let i = 2; i < over.length; i += 4) over[i] += OVER;
   for (let i = 0; i < faces.length; i += 3) {
-    if (!lit[faces[i]] && !lit[faces[i + 1]] && !lit[faces[i + 2]]) continue;
+    if (!now[faces[i]] && !now[faces[i + 1]] && !now[faces[i + 2]]) continue;
     const a = 4 * faces[i], b = 4 * faces[i + 1], c = 4 * faces[i + 2];
     const turn = (at[b] - at[a]) * (at[c + 1] - at[a + 1]) - (at[c] - at[a]) * (at[b + 1] - at[a + 1]);
     if (turn < 0) fill(sheet, part, ink, over, a, b, c);
@@ -306,30 +270,23 @@ function stripe({ inks: pixels, depths }, { left, top, right, bottom, wide, star
 /* All skins of all panels, on the sheet. It is written before any of it is copied to the canvas, since a browser
    would keep what it was for every copy that it has not made yet. */
 function plotSkins(player, plan) {
-  const lit = new Map();
-  for (const figure of plan.groups.flat()) {
-    const now = litNow(player, figure);
-    if (now) lit.set(figure, now);
-  }
-  const drawn = (figure) => wears(player, figure) || lit.has(figure);
-  const clad = plan.groups.flat().filter(drawn);
+  const drawn = (figure) => wears(player, figure);
   if (plan.sheet) plan.sheet.parts = [];
-  if (!clad.length) return;
-  dress(clad);
+  if (!plan.groups.flat().some(drawn)) return;
   const sheet = plan.sheet || (plan.sheet = newSheet(player.width, player.height));
   sheet.used = 0;
   sheet.parts = plan.groups.map((group, place) => {
     let wanted = null;
-    group.forEach((figure, i) => {
-      if (!drawn(figure)) return;
-      const corners = cornersOn(player, figure, plan.seen[place].views[i], sheet.fine);
+    const clad = group.filter(drawn);
+    for (const figure of clad) {
+      const corners = cornersOn(player, figure, plan.seen[place], sheet.fine);
       wanted = joined(wanted, covered(corners, plan.boxes[place], sheet.fine));
-    });
+    }
     if (!wanted) return null;
     const part = blank(sheet, wanted);
-    for (const figure of group) if (wears(player, figure)) fillSkin(player, sheet, part, figure);
-    const striped = group.filter((figure) => lit.has(figure));
-    for (const figure of striped) fillLit(player, sheet, part, figure, lit.get(figure));
+    for (const figure of clad) fillSkin(player, sheet, part, figure);
+    const striped = clad.filter((figure) => litNow(player, figure));
+    for (const figure of striped) fillLit(player, sheet, part, figure, litNow(player, figure));
     if (striped.length) stripe(sheet, part);
     return part;
   });

@@ -6,13 +6,12 @@ const TITLE = 40; // pixels above a figure, for its name and numbers
 function themeOf(root) {
   const style = getComputedStyle(root);
   const names = ["stage", "stage-far", "band", "ink", "faint", "grid", "shadow", "contact", "contact-edge",
-    "slide", "sunk", "line", "ghost", "lit"];
+    "slide", "sunk", "line", "lit"];
   const theme = {};
   for (const name of names) {
     const key = name.replace(/-(.)/g, (_, letter) => letter.toUpperCase());
     theme[key] = style.getPropertyValue(`--rp-${name}`).trim();
   }
-  theme.heat = style.getPropertyValue("--rp-heat").trim().split(/\s+/);
   theme.font = style.fontFamily;
   return theme;
 }
@@ -22,13 +21,8 @@ function chosen(player) {
   return player.scene.figures.filter((figure) => player.selected.has(figure.id));
 }
 
-/* [x, y, z]: the floor in the middle of where figures are, now or all the time. */
-function middle(player, list, frame) {
-  if (!player.show.follow) {
-    const box = bounds(list);
-    const x = (box[0] + box[1]) / 2, z = (box[2] + box[3]) / 2;
-    return [x, floorAt(player.scene.ground, x, z), z];
-  }
+/* [x, y, z]: the floor in the middle of where figures are. */
+function middle(list, frame) {
   const at = [0, 0, 0];
   for (const { path } of list) {
     for (let axis = 0; axis < 3; axis++) at[axis] += path[3 * frame + axis] / list.length;
@@ -36,28 +30,11 @@ function middle(player, list, frame) {
   return at;
 }
 
-function bounds(list) {
-  const box = [Infinity, -Infinity, Infinity, -Infinity];
-  for (const { path } of list) {
-    for (let i = 0; i < path.length; i += 3) {
-      box[0] = Math.min(box[0], path[i]);
-      box[1] = Math.max(box[1], path[i]);
-      box[2] = Math.min(box[2], path[i + 2]);
-      box[3] = Math.max(box[3], path[i + 2]);
-    }
-  }
-  return box;
-}
-
-/* Metres that have to fit beside the middle: bodies, and how far they are from each other. */
+/* Metres that figures are from their middle, at most. */
 function spread(player, list) {
-  if (!player.show.follow) {
-    const box = bounds(list);
-    return Math.hypot(box[1] - box[0], box[3] - box[2]) / 2;
-  }
   let far = 0;
   for (let frame = 0; frame < player.scene.frames; frame += 5) {
-    const [x, , z] = middle(player, list, frame);
+    const [x, , z] = middle(list, frame);
     for (const { path } of list) far = Math.max(far, Math.hypot(path[3 * frame] - x, path[3 * frame + 2] - z));
   }
   return far;
@@ -85,16 +62,15 @@ function layout(player) {
   const list = chosen(player), shown = list.filter((figure) => figure.positions);
   const together = show.overlay && shown.length > 0;
   const groups = together ? [shown] : list.map((figure) => [figure]);
-  const stacked = together && show.align && show.follow;
-  const near = stacked || !together ? shown : nearest(scene, shown);
+  const near = together ? nearest(scene, shown) : shown;
   const apart = Math.max(0, ...(together ? [near] : groups).map((group) => {
     const seen = group.filter((figure) => figure.positions);
-    return seen.length && !stacked ? spread(player, seen) : 0;
+    return seen.length ? spread(player, seen) : 0;
   }));
   const room = needed(reachOf(player, near, together ? largest(near) : scene.reach), apart);
   const boxes = panels(groups.length, width, height, room.across, room.up * (1 + (2 * TITLE) / height));
   const rooms = groups.map(([figure]) =>
-    together || show.size || !figure.positions ? room
+    together || !figure.positions ? room
       : needed(reachOf(player, [figure], figure.body.reach), apart));
   const scales = rooms.map((each) => Math.min(boxes[0].w / each.across, (boxes[0].h - TITLE) / each.up));
   return { groups, near, boxes, rooms, scales, together, backdrop: backdrop(player, boxes), fitted: new Map(),
@@ -117,16 +93,15 @@ function needed({ up, down, wide }, apart) {
 
 function viewOf(player, plan, i, figures, frame) {
   const box = plan.boxes[i], room = plan.rooms[i];
-  const [x, y, z] = middle(player, figures, frame);
+  const [x, y, z] = middle(figures, frame);
   const shifted = { x: box.x, y: box.y + TITLE * 0.75, w: box.w, h: box.h - TITLE * 0.75 };
   return lens(player.camera, shifted, [x, y + room.middle, z], room.size, plan.scales[i]);
 }
 
-/* The colour of a piece: its figure's, or how far its joint is off the reference. */
+/* The colour of a piece: its figure's, that of feet that stand, or grey of what is no limb. */
 function toneOf(player, figure, from, to) {
-  const { show } = player;
-  if (show.heat && figure.reference) return heat(player.theme.heat, figure, to);
-  if (show.contacts && rests(player, figure, from, to)) return player.theme.contact;
+  if (player.show.contacts && rests(player, figure, from, to)) return player.theme.contact;
+  if (figure.body.sides[to] === "h") return player.theme.grid;
   return player.colours[figure.id][figure.body.sides[to] === "r" ? 2 : 1];
 }
 
@@ -135,93 +110,42 @@ function painter(player) {
     player.shade(toneOf(player, figure, from, to), sideways, front);
 }
 
-/* The colour of a joint on a scale from good, which is near the colour of the paper, to bad. */
-function heat(scale, figure, joint) {
-  const r = figure.reference.now, n = figure.now, at = 3 * joint;
-  const off = Math.hypot(n[at] - r[at], n[at + 1] - r[at + 1], n[at + 2] - r[at + 2]);
-  const share = (100 * off) / figure.body.height / HEAT_TOP;
-  return scale[Math.min(Math.floor(share * scale.length) || 0, scale.length - 1)];
-}
-
 /* Whether a bone lies on a foot that stands: it begins there, or ends there and is the last one. */
 function rests(player, figure, from, to) {
   if (!figure.planted) return false;
   const { contacts, planted, body } = figure;
-  const frame = Math.min(Math.round(player.time), player.scene.frames - 1);
+  const frame = frameOf(player);
   const stands = (joint) => planted[frame * contacts.length + contacts.indexOf(joint)] === 1;
   if (contacts.includes(from)) return stands(from) || (contacts.includes(to) && stands(to));
   return contacts.includes(to) && !body.parents.includes(to) && stands(to);
 }
 
-/* What colours mean while they show how far joints are off. */
-function drawHeatKey(player) {
-  const { context, theme, height } = player;
-  theme.heat.forEach((colour, i) => {
-    context.fillStyle = colour;
-    context.fillRect(12 + 12 * i, height - 30, 12, 8);
-  });
-  context.fillStyle = theme.faint;
-  context.font = `11px ${theme.font}`;
-  context.fillText(`0 to ${HEAT_TOP} % of height off the reference`, 12, height - 9);
-}
-
-/* What is seen in a panel now: in the middle of its figures, and of each where all are put into one place. */
+/* What is seen in a panel now: in the middle of its figures. */
 function seenIn(player, plan, place) {
   const group = plan.groups[place];
-  if (!group[0].positions) return null;
-  const frame = Math.min(Math.round(player.time), player.scene.frames - 1);
-  const view = viewOf(player, plan, place, plan.together ? plan.near : group, frame);
-  const apart = plan.together && player.show.align;
-  return { view, views: group.map((figure) => (apart ? viewOf(player, plan, place, [figure], frame) : view)) };
+  return group[0].positions ? viewOf(player, plan, place, plan.together ? plan.near : group, frameOf(player)) : null;
+}
+
+function frameOf({ time, scene }) {
+  return Math.min(Math.round(time), scene.frames - 1);
 }
 
 function drawPanel(player, plan, place) {
   const { context, scene, show, theme, ratio } = player;
-  const frame = Math.min(Math.round(player.time), scene.frames - 1);
+  const frame = frameOf(player);
   const back = Math.round(scene.fps);
-  const group = plan.groups[place], { view, views } = plan.seen[place];
+  const group = plan.groups[place], view = plan.seen[place];
   drawFloor(context, view, scene.ground, plan.rooms[place].size, theme, ratio);
   context.globalAlpha = 1 / Math.sqrt(group.length); // many shadows in one place are no hole
-  group.forEach((figure, i) => drawShadow(context, views[i], figure, scene.ground, theme));
+  for (const figure of group) drawShadow(context, view, figure, scene.ground, theme);
   context.globalAlpha = 1;
-  group.forEach((figure, i) => {
-    if (show.marks) drawFaults(context, views[i], figure, frame, back, scene.ground, theme);
-    if (show.contacts) drawContacts(context, views[i], figure, frame, scene.ground, theme);
-  });
-  const { reference } = group[0];
-  if (show.ghost && !plan.together && reference) {
-    projected(reference, view);
-    drawGhost(context, ratio, reference, theme.ghost);
+  for (const figure of show.contacts ? group : []) {
+    drawFaults(context, view, figure, frame, back, scene.ground, theme);
+    drawContacts(context, view, figure, frame, scene.ground, theme);
   }
-  group.forEach((figure, i) => projected(figure, views[i]));
+  for (const figure of group) projected(figure, view);
   const part = plan.sheet && plan.sheet.parts[place];
   drawBodies(player, group, plan.together && group.length > 1 ? 0.55 : 1, plan.sheet, part);
-  if (show.trails) group.forEach((figure, i) => drawTrails(player, views[i], figure, frame, back));
-}
-
-/* Where hands, feet and head were during the last second, the older the fainter. */
-function drawTrails(player, view, figure, frame, back) {
-  const { context, colours } = player;
-  const joints = figure.body.parents.length, chunks = 4;
-  const first = Math.max(frame - back, 0), out = [0, 0, 0, 0];
-  context.strokeStyle = colours[figure.id][0];
-  context.lineWidth = 2;
-  for (let chunk = 0; chunk < chunks; chunk++) {
-    const from = first + Math.floor(((frame - first) * chunk) / chunks);
-    const to = first + Math.floor(((frame - first) * (chunk + 1)) / chunks);
-    context.globalAlpha = (chunk + 1) / chunks;
-    context.beginPath();
-    for (const joint of figure.body.ends) {
-      for (let past = from; past <= to; past++) {
-        const at = 3 * (past * joints + joint);
-        view.project(figure.positions[at], figure.positions[at + 1], figure.positions[at + 2], out, 0);
-        if (past > from) context.lineTo(out[0], out[1]);
-        else context.moveTo(out[0], out[1]);
-      }
-    }
-    context.stroke();
-  }
-  context.globalAlpha = 1;
 }
 
 /* What is behind all panels, and the lines between them: drawn once, and copied into every picture. */
@@ -255,7 +179,7 @@ function drawStage(player) {
   for (const figure of scene.shown) placeAt(figure, player.time, scene.frames);
   plan.seen = plan.groups.map((_, place) => seenIn(player, plan, place));
   plotSkins(player, plan);
-  const frame = Math.min(Math.round(player.time), scene.frames - 1);
+  const frame = frameOf(player);
   plan.boxes.forEach((box, i) => {
     const group = plan.groups[i];
     context.save();
@@ -270,5 +194,4 @@ function drawStage(player) {
     context.restore();
   });
   if (!plan.boxes.length) drawMessage(player, { x: 0, y: 0, w: width, h: height }, "No figure is chosen.");
-  if (player.show.heat) drawHeatKey(player);
 }

@@ -38,7 +38,7 @@ function drawCurves(player) {
 /* The cursor, the slider and the numbers follow the time; people who listen are told when it rests. */
 function showTime(player) {
   const { scene, slider, cursor, readout } = player;
-  const frame = Math.min(Math.round(player.time), scene.frames - 1);
+  const frame = frameOf(player);
   const share = player.time / Math.max(scene.frames - 1, 1);
   cursor.style.left = `calc(${THUMB / 2}px + (100% - ${THUMB}px) * ${Math.min(share, 1)})`;
   if (player.toldFrame === frame) return;

@@ -37,7 +37,7 @@ function offOf(figure, frame) {
 
 /* How far a figure is below the floor, in words for so many pixels; "" where it is not. */
 function underOf(player, figure, frame, room) {
-  if (!player.show.marks || !figure.positions || figure.part === "source") return "";
+  if (!player.show.contacts || !figure.positions || figure.part === "source") return "";
   const deep = Math.max(0, ...figure.sunk[frame].map((each) => each.depth));
   return deep > 0 ? `${(100 * deep).toFixed(1)} cm ${UNDER.find(([least]) => room >= least)[1]}` : "";
 }
@@ -60,7 +60,7 @@ function drawSwatch(context, x, y, colour) {
 
 /* Name and error of a panel's only figure in its upper left corner, its depth in the lower one. */
 function drawTitle(player, box, figure, frame) {
-  const { context, theme, colours, show } = player;
+  const { context, theme, colours } = player;
   const small = box.w < 170, x = box.x + 26, y = box.y + 18, room = box.w - 34;
   drawSwatch(context, box.x + 10, y, colours[figure.id][0]);
   context.font = `600 ${small ? 12 : 13}px ${theme.font}`;
@@ -68,7 +68,7 @@ function drawTitle(player, box, figure, frame) {
   context.font = `${small ? 11 : 12}px ${theme.font}`;
   write(player, offOf(figure, frame), x, y + 16, room, theme.faint);
   const under = underOf(player, figure, frame, box.w - 18);
-  if (under) write(player, under, box.x + 10, box.y + box.h - (show.heat ? 40 : 6), box.w - 18, theme.ink);
+  if (under) write(player, under, box.x + 10, box.y + box.h - 6, box.w - 18, theme.ink);
 }
 
 /* Those of all figures in one place, line by line: names are cut before numbers are. */
