@@ -1,7 +1,6 @@
 """The data of cases for the page's script: names, numbers and failures."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,32 +14,9 @@ from retarget_bench.report.motions import PackedScenes
 from retarget_bench.results.store import case_file
 from retarget_bench.tables.finding import RECALL
 from retarget_bench.tables.model import Column
-from retarget_bench.viewer import player
 
-PAGE = 12_000_000
-"""Bytes that a page is to stay below."""
-REST, LEAST = 1_000_000, 800_000
-"""Of those, what tables, charts and scripts are given; and what the list of cases has at least."""
-
-
-@dataclass(frozen=True)
-class Thinning:
-    """Numbers and cases left out. few: of values other than a split's main one, all numbers but those of so
-    many worst cases of every method; worst: cases that are not among so many worst ones of any method by
-    the main value. None: nothing is."""
-
-    few: int | None = None
-    worst: int | None = None
-
-
-STEPS = (
-    Thinning(),
-    Thinning(50),
-    Thinning(15),
-    *(Thinning(5, worst) for worst in (500, 150, 50, 15, 5)),
-    Thinning(1, 5),
-)
-"""From nothing to the most that is left out."""
+LISTED = 300
+"""Cases of a split that a page lists, at most."""
 OF_EACH = frozenset(["kind", "level", "structure"])
 """Of what groups of cases a case is listed in any event."""
 MOST_SEEN = 8
@@ -52,51 +28,31 @@ NOT_STORED = "its prediction is not stored any more"
 
 def index(
     chapters: Sequence[Chapter], styles: Mapping[str, MethodStyle], shown: PackedScenes
-) -> tuple[dict[str, Any], str]:
-    """The cases with their names and numbers, as many as leave the page smaller than ``PAGE``; and a
-    sentence about what was left out ("" for nothing).
+) -> dict[str, Any]:
+    """The cases with their names and numbers, of a split at most about ``LISTED``.
 
     Names are as they are printed, and cases and methods known by number.
     """
-    room = max(LEAST, PAGE - REST - sum(len(text.encode()) for text in shown.scenes))
-    for step in STEPS:
-        listed = _data(chapters, styles, shown, step)
-        if len(player.data(listed).encode()) <= room:
-            break
-    return listed, _thinned(chapters, step)
-
-
-def _thinned(chapters: Sequence[Chapter], step: Thinning) -> str:
-    if step.few is None:
-        return ""
-    mains = ", ".join(dict.fromkeys(split.main.label for each in chapters for split in each.splits))
-    text = (
-        f"There are so many cases that all their numbers are here of one value alone ({mains}), and of "
-        f"others those of {_worst(step.few)} of every method."
-    )
-    if step.worst is None:
-        return text
-    return f"{text} Only {_worst(step.worst)} of every method are listed, those, and those in motion."
-
-
-def _worst(few: int) -> str:
-    return "the worst case" if few == 1 else f"the {few} worst cases"
-
-
-def _data(
-    chapters: Sequence[Chapter], styles: Mapping[str, MethodStyle], shown: PackedScenes, step: Thinning
-) -> dict[str, Any]:
     return {
         "chapters": [
             {
                 "title": printable(chapter.title),
-                "splits": [_split(split, (c, s), shown, step) for s, split in enumerate(chapter.splits)],
+                "splits": [_split(split, (c, s), shown) for s, split in enumerate(chapter.splits)],
             }
             for c, chapter in enumerate(chapters)
         ],
         "colours": {label: style.colour for label, style in styles.items()},
         "first": _first(chapters, shown),
     }
+
+
+def left_out(chapters: Sequence[Chapter]) -> str:
+    """A sentence about cases that are not listed; "" for none."""
+    long = [split for chapter in chapters for split in chapter.splits if len(split.matrix.cases) > LISTED]
+    if not long:
+        return ""
+    mains = ", ".join(dict.fromkeys(split.main.label for split in long))
+    return f"Of splits with more than {LISTED} cases the worst of every method by {mains} are listed."
 
 
 def _first(chapters: Sequence[Chapter], shown: PackedScenes) -> dict[str, list[int]] | None:
@@ -137,10 +93,8 @@ def _seen_first(split: Split) -> list[int]:
     return [number for number, each in enumerate(methods) if not ranking.never_ranked(each)][:MOST_SEEN]
 
 
-def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinning) -> dict[str, Any]:
-    values = split.values if step.few is None else split.values[:1]
-    few = {value.id: _few(split, value, step.few) for value in split.values if value not in values}
-    cases = _shown_cases(split, at, shown, few, step.worst)
+def _split(split: Split, at: tuple[int, int], shown: PackedScenes) -> dict[str, Any]:
+    cases = _listed(split, at, shown)
     entry = {
         "name": split.name,
         "labels": split.labels,
@@ -152,14 +106,13 @@ def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinnin
                 [None if np.isnan(each) else _four(each) for each in row[cases]]
                 for row in split.matrix.numbers((value.id, ""))
             ]
-            for value in values
+            for value in split.values
         },
         "lost": _lost(split, at, shown, cases),
         "seen": _seen_first(split),
         "paired": all(row.header.four_legged is None for row in split.matrix.rows),
     }
-    entry |= {"few": few} if few else {}
-    return entry if step.worst is None else entry | {"kept": cases}
+    return entry if len(cases) == len(split.matrix.cases) else entry | {"kept": cases}
 
 
 def _value(split: Split, value: Column, cases: Sequence[int]) -> dict[str, Any]:
@@ -177,40 +130,19 @@ def _value(split: Split, value: Column, cases: Sequence[int]) -> dict[str, Any]:
     }
 
 
-def _few(split: Split, value: Column, most: int | None) -> list[dict[int, float]]:
-    """By method: the worst cases and their numbers."""
-    numbers = split.matrix.numbers((value.id, ""))
-    losses = statistics.losses(numbers, value.better, value.goal)
-    return [
-        {case: _four(row[case]) for case in _worst_of(loss, most)}
-        for row, loss in zip(numbers, losses, strict=True)
-    ]
-
-
-def _worst_of(loss: np.ndarray, most: int | None) -> list[int]:
-    """The numbers of the worst cases, those that have one, worst first."""
-    present = np.flatnonzero(~np.isnan(loss))
-    return [int(case) for case in present[np.argsort(-loss[present], kind="stable")[:most]]]
-
-
-def _shown_cases(
-    split: Split,
-    at: tuple[int, int],
-    shown: PackedScenes,
-    few: Mapping[str, Sequence[Mapping[int, float]]],
-    worst: int | None,
-) -> list[int]:
-    """Numbers of the cases that are listed: all, or the worst of every method, those in motion, those
-    that other values are worst on, and one of every kind, level and structure."""
-    if worst is None:
+def _listed(split: Split, at: tuple[int, int], shown: PackedScenes) -> list[int]:
+    """Numbers of the cases that are listed: all, or those in motion, one of every kind, level and
+    structure, and the worst of every method by the main value, in turn."""
+    if len(split.matrix.cases) <= LISTED:
         return list(range(len(split.matrix.cases)))
     cases = {case for c, s, case in (*shown.places, *shown.reasons) if (c, s) == at}
-    cases.update(case for rows in few.values() for row in rows for case in row)
-    for loss in split.losses:
-        cases.update(_worst_of(loss, worst))
     for by in OF_EACH & split.groups.keys():
         first = {name: case for case, name in reversed([*enumerate(split.groups[by])])}
         cases.update(first.values())
+    for place in np.argsort(-np.nan_to_num(split.losses, nan=-np.inf), axis=1, kind="stable").T.tolist():
+        if len(cases) >= LISTED:
+            break
+        cases.update(place)
     return sorted(cases)
 
 

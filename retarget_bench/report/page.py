@@ -15,7 +15,7 @@ from retarget_bench.figures import method_order, palette
 from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.figures.svg import elements
 from retarget_bench.report.chapters import Chapter, Split
-from retarget_bench.report.index import index
+from retarget_bench.report.index import index, left_out
 from retarget_bench.report.motions import PackedScenes
 from retarget_bench.report.pictures import pictures
 from retarget_bench.results.header import ResultHeader
@@ -35,7 +35,6 @@ def page(chapters: Sequence[Chapter], shown: PackedScenes, ranked: Mapping[str, 
     """The whole document. ranked: of ``method_order``, for colours."""
     labels = {label for chapter in chapters for label in chapter.labels}
     styles = {label: each for label, each in method_order.styles(ranked).items() if label in labels}
-    cases, thinned = index(chapters, styles, shown)
     script = "\n".join(_file(f"script/{name}.js") for name in SCRIPT)
     tables = [table for chapter in chapters for table in chapter.tables]
     context = as_html.context(tables) | {
@@ -44,8 +43,8 @@ def page(chapters: Sequence[Chapter], shown: PackedScenes, ranked: Mapping[str, 
         "facts": _facts(chapters, shown),
         "shown": shown,
         "scenes": [Markup(text) for text in shown.scenes],
-        "data": Markup(player.data(cases)),
-        "thinned": thinned,
+        "data": Markup(player.data(index(chapters, styles, shown))),
+        "left_out": left_out(chapters),
         "style": Markup(
             _file("report.css") + elements.rules(styles.values()) + (player.style() if shown.scenes else "")
         ),

@@ -33,6 +33,11 @@ THINNEST = 0.004
 """No bone without a role is thinner than this, in heights: long chains of short bones would be hairs."""
 HELPER = 0.002
 """Radius of a bone that is no limb, in heights."""
+HAIR = 0.7
+"""Pixels: the least radius of such a bone."""
+SIDES = "-lrh"
+"""Letters of the middle, the left, the right, and helpers."""
+HELPERS = SIDES.index("h")
 THICKEST = 0.42
 """No limb is thicker than this, in its own length: short bones would be balls."""
 
@@ -195,7 +200,7 @@ class Solid:
         """``(joints,)`` 0 for the middle, 1 for the left, 2 for the right, 3 for helpers; or the groups."""
         if self.groups is not None:
             return self.groups
-        return np.array(["-lrh".index(letter) for letter in sides(self.body)])
+        return np.array([SIDES.index(letter) for letter in sides(self.body)])
 
     def bones(self, frame: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Tubes at a frame, heads included: ends ``(n, 2, 3)``, radii ``(n, 2)``, sides ``(n,)``."""
@@ -261,8 +266,12 @@ class Solid:
         good &= wide.max(axis=1) < limit
         rims = tube(pixels, wide + RIM)
         layers = [tube(pixels + _shift(wide, shift), share * wide) for shift, share, _ in LAYERS]
-        colours = self.group_colours or (*tints(self.colour), GRID)
+        colours = self.group_colours or tints(self.colour)
         for bone in np.flatnonzero(good).tolist():
+            if self.groups is None and sides[bone] == HELPERS:
+                line = tube(pixels[bone : bone + 1], np.maximum(wide[bone : bone + 1], HAIR))
+                yield Piece(depth[bone], line.ravel().tolist(), GRID)
+                continue
             colour = colours[sides[bone]]
             yield Piece(depth[bone], rims[bone].ravel().tolist(), shade(colour, OUTLINE))
             count = len(LAYERS) if wide[bone].max() > FINE else 1

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from viewing_toys.toy_moves import DOG, body, moving
+from viewing_toys.toy_moves import DOG, PERSON, body, moving
 
 from retarget_bench.api import Ground
 from retarget_bench.errors import BenchError
@@ -278,3 +278,20 @@ def test_sizes_and_views_that_cannot_be_are_told_in_words():
         DrawingStyle((4, 4))
     with pytest.raises(BenchError, match="no view 'above'; views are front, side"):
         DrawingStyle(view="above")
+
+
+def test_what_has_no_role_and_no_skin_is_a_thin_grey_line():
+    """A handle as long as a leg changes few pixels, and is no reason to look from farther away."""
+    handled = body("a", PERSON | {"Pivot": ("Hips", (0, -0.9, 0)), "Hat": ("Head", (0, 0.6, 0))})
+    radii, plain = bodies.radii(handled), body("a")
+    assert radii[-2:].max() < 0.2 * radii[handled.joint_of["left_hand"]].min()
+    assert bodies.sides(handled) == bodies.sides(plain) + "hh"
+
+    def picture(drawn: Character) -> np.ndarray:
+        scene = Scene("a", (replace(figure_of("a", "motion", moving(drawn, 1)), joints=None),), 30.0)
+        return np.asarray(Drawing(scene, DrawingStyle((400, 400))).at(0)).astype(int)
+
+    changed = np.abs(picture(handled) - picture(plain)).max(axis=-1) > 30
+    assert 0 < changed.sum() < 400
+    nobody = body("a", {"a": ("", (0, 1, 0)), "b": ("a", (0, 1, 0))})  # without any role all is a limb
+    assert "h" not in bodies.sides(nobody)

@@ -83,26 +83,11 @@ def test_slider_curve_and_buttons_go_to_frames(mounted):
     assert frame(opened) == 8
 
 
-def test_worst_frames_are_the_peaks_of_error_and_can_be_gone_to(mounted):
-    original = scene()
-    opened = mounted(original)
-    first = opened.locator(".rp-jump").first
-    worst = max(
-        (figure for figure in original.figures if figure.error is not None), key=lambda f: f.error.max()
-    )
-    assert first.inner_text().split() == [
-        worst.label, f"{worst.error.max():.1f}", "%", "frame", str(worst.error.argmax() + 1),
-    ]  # fmt: skip
-    first.click()
-    assert frame(opened) == worst.error.argmax() + 1
-    assert f"{worst.error.max():.1f} %" in box_of(opened, worst.label).locator("xpath=..").inner_text()
-
-
 # ------------------------------------------------------------------------------------------ keys
 def test_keys_work_in_the_player_and_nowhere_else(mounted):
     opened = mounted()
     opened.locator("#elsewhere").focus()
-    for key in ("ArrowRight", "o", "End", "n"):
+    for key in ("ArrowRight", "o", "End"):
         opened.keyboard.press(key)
     assert frame(opened) == 1
     assert button(opened, "Overlay").get_attribute("aria-pressed") == "false"
@@ -114,8 +99,6 @@ def test_keys_work_in_the_player_and_nowhere_else(mounted):
     opened.keyboard.press("Space")
     assert button(opened, "Pause").is_visible()
     opened.keyboard.press("Space")
-    opened.keyboard.press("n")
-    assert frame(opened) == np.argmax(scene().figures[3].error) + 1
     opened.keyboard.press("3")
     assert not box_of(opened, "good").is_checked()
     opened.keyboard.press("]")
@@ -128,7 +111,7 @@ def test_every_key_that_is_listed_does_something(mounted):
     opened.locator(".rp-canvas").focus()
     opened.keyboard.press("?")
     listed = opened.locator(".rp-help kbd").all_inner_texts()
-    toggles = [key for key in listed if re.fullmatch("[A-Z]", key) and key != "N"]
+    toggles = [key for key in listed if re.fullmatch("[A-Z]", key)]
     assert len(toggles) == len(opened.locator(".rp-toggle").all())
     for key in toggles:
         before = opened.locator(".rp-toggle[aria-pressed=true]").all_inner_texts()
@@ -288,6 +271,6 @@ def test_what_cannot_be_unpacked_is_told(mounted):
 def test_names_are_text_and_nothing_else(mounted):
     opened = mounted(hostile())
     opened.evaluate("(label) => view.select([label])", EVIL)
-    assert opened.locator(".rp img, .rp b, .rp script").count() == opened.locator(".rp-jump b").count()
+    assert opened.locator(".rp img, .rp b, .rp script").count() == 0
     assert opened.locator(".rp-name").first.text_content() == EVIL
     assert EVIL in opened.locator(".rp").get_attribute("aria-label")

@@ -1,13 +1,12 @@
 /* What is asked for, the cases that answer it, and the player with one of them. */
 const data = JSON.parse(document.getElementById("report-data").textContent);
-/* Where only some cases or numbers are here, the others are holes. */
+/* Where only some cases are here, the others are holes. */
 for (const split of data.chapters.flatMap((chapter) => chapter.splits)) {
   if (split.kept) {
     const spread = (row) => Object.assign([], Object.fromEntries(row.map((each, k) => [split.kept[k], each])));
     split.cases = spread(split.cases);
     for (const [id, rows] of Object.entries(split.numbers)) split.numbers[id] = rows.map(spread);
   }
-  for (const [id, rows] of Object.entries(split.few || {})) split.numbers[id] = rows.map((row) => Object.assign([], row));
 }
 const at = (id) => document.getElementById(id);
 const MOST = 150;
@@ -35,10 +34,9 @@ function listed() {
   if (asked.list) return asked.list.filter(([k]) => split.cases[k] && matches(split.cases[k], k));
   const value = valueNow();
   const numbers = asked.bare ? [] : split.numbers[value.id][asked.method];
-  const few = split.few && value.id in split.few;
   const found = [];
   split.cases.forEach((each, k) => {
-    if (matches(each, k) && !(few && numbers[k] === undefined)) found.push([k, numbers[k] ?? null]);
+    if (matches(each, k)) found.push([k, numbers[k] ?? null]);
   });
   const key = ([, number]) => (number === null ? (asked.open ? Infinity : -Infinity) : badness(value, number));
   return found.sort((a, b) => (key(b) > key(a) ? 1 : key(b) < key(a) ? -1 : a[0] - b[0]));

@@ -34,15 +34,9 @@ function go(origin, wish) {
 
 /* Very many cases are not all listed: what has none of its own leads to the nearest that are. */
 function widen() {
-  const split = splitNow();
-  const value = valueNow();
-  const few = split.few && value.id in split.few && !asked.list && !asked.bare;
-  if (listed().length) {
-    if (few) asked.notes.push("Of this value only the worst cases are in this page.");
-    return;
-  }
-  if (asked.list || few) {
-    asked.notes.push(`The very cases are not in this page; these are by ${split.values[0].label}.`);
+  if (listed().length) return;
+  if (asked.list) {
+    asked.notes.push(`The very cases are not in this page; these are by ${splitNow().values[0].label}.`);
     Object.assign(asked, { list: null, what: "", value: 0 });
   }
   if (!listed().length && Object.keys(asked.parts).length) {

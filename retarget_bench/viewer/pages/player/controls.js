@@ -20,7 +20,6 @@ const KEYS = [
   ["← →", "one frame; with Shift, ten"],
   ["Home End", "first and last frame"],
   ["[ ]", "slower, faster"],
-  ["N", "next of the worst frames"],
   ["A D W S", "turn the view; with Shift, move it"],
   ["+ −", "zoom"],
   ["0", "the view as it was"],
@@ -88,7 +87,7 @@ function timeline(player) {
     setTime(player, Number(player.slider.value));
   });
   player.curve = node("canvas", { role: "img",
-    "aria-label": "Error of each figure over frames, in per cent of height; the worst frames are listed below" });
+    "aria-label": "Error of each figure over frames, in per cent of height" });
   player.cursor = node("div", { class: "rp-cursor" });
   player.curveTop = node("div", { class: "rp-top", "aria-hidden": "true" });
   player.curveBox = node("div", { class: "rp-curve" }, player.curve, player.cursor);
@@ -157,12 +156,9 @@ function build(player) {
   player.context = player.canvas.getContext("2d", { alpha: false });
   player.live = node("p", { class: "rp-live", "aria-live": "polite" });
   player.search = node("p", { class: "rp-search", role: "status", hidden: true }, "Looking for flesh inside flesh…");
-  player.worstList = node("ol", {});
-  player.worstBox = node("div", { class: "rp-worst", role: "group", "aria-label": "Worst frames" },
-    node("span", { class: "rp-heading" }, "Worst frames"), player.worstList);
   const messages = scene.figures.filter((figure) => !figure.positions || figure.message).map((figure) =>
     node("li", {}, `${figure.label}: ${figure.positions ? "" : `${figure.status}. `}${figure.message}`));
   const missing = node("ul", { class: "rp-missing", hidden: !messages.length }, ...messages);
-  player.root.replaceChildren(player.canvas, transport(player), timeline(player), player.worstBox,
+  player.root.replaceChildren(player.canvas, transport(player), timeline(player),
     figureChips(player), toggles(player), player.search, missing, help(player), player.live);
 }

@@ -1,4 +1,4 @@
-/* What is known before anything is drawn: sizes, paths, labels of contacts, slides, depths, worst frames. */
+/* What is known before anything is drawn: sizes, paths, labels of contacts, slides, depths. */
 
 const SUNK = 0.01; // metres below the floor that are no fault
 const SLIDE = 0.001; // of the height per frame of 30 a second: slower feet rest
@@ -23,35 +23,31 @@ function smoothPath(figure, frames, fps, ground) {
   return path;
 }
 
-/* Metres: how high joints are above the floor, how deep below it, and how far bones are sideways of the path,
-   and the skin. */
+/* Metres: how high a body is above the floor, how deep below it, and how far it is sideways of the path. */
 function reach(figure, frames, ground) {
   const { positions, path, body: { sides } } = figure;
   const joints = sides.length;
   const thick = thickness(figure.body);
-  const around = hasSkin(figure) ? figure.body.skin.around : new Map();
-  let up = 0, down = 0, wide = 0, worn = 0;
+  if (hasSkin(figure)) for (const [joint, far] of figure.body.skin.around) thick[joint] = Math.max(thick[joint], far);
+  let up = 0, down = 0, wide = 0;
   for (let frame = 0; frame < frames; frame++) {
     for (let joint = 0; joint < joints; joint++) {
       if (sides[joint] === "h") continue;
       const at = 3 * (frame * joints + joint);
       const x = positions[at], z = positions[at + 2];
       const high = positions[at + 1] - floorAt(ground, x, z);
-      up = Math.max(up, high);
+      up = Math.max(up, high + (hasSkin(figure) ? thick[joint] : 0));
       down = Math.max(down, thick[joint] - high);
-      const aside = Math.hypot(x - path[3 * frame], z - path[3 * frame + 2]);
-      wide = Math.max(wide, aside + thick[joint]);
-      worn = Math.max(worn, aside + Math.max(around.get(joint) || 0, thick[joint]));
+      wide = Math.max(wide, Math.hypot(x - path[3 * frame], z - path[3 * frame + 2]) + thick[joint]);
     }
   }
-  return { up, down: Math.min(down, up), wide, worn };
+  return { up, down: Math.min(down, up), wide };
 }
 
 function largest(figures) {
   const up = Math.max(...figures.map((each) => each.reach.up), 0.1);
-  const most = (key) => Math.max(...figures.map((each) => each.reach[key]), 0.3 * up);
   const down = Math.max(...figures.map((each) => each.reach.down));
-  return { up, down, wide: most("wide"), worn: most("worn") };
+  return { up, down, wide: Math.max(...figures.map((each) => each.reach.wide), 0.3 * up) };
 }
 
 /* Steps of feet over the floor while they should stand, one object each. */
@@ -113,24 +109,7 @@ function prepared(scene) {
   scene.lead = reference || shown.find((each) => each.part === "source");
   for (const body of scene.bodies) body.reach = largest(shown.filter((each) => each.body === body));
   scene.reach = largest(shown);
-  scene.worst = worstFrames(shown, frames, fps);
   return scene;
-}
-
-/* The frames that are looked at first: peaks of error, at most three of a figure, half a second apart. */
-function worstFrames(figures, frames, fps) {
-  const found = [];
-  for (const figure of figures) {
-    if (!figure.error || figure.part === "reference") continue;
-    const order = Array.from(figure.error.keys()).sort((a, b) => figure.error[b] - figure.error[a]);
-    const taken = [];
-    for (const frame of order) {
-      if (taken.length === 3 || !(figure.error[frame] > 0)) break;
-      if (taken.every((other) => Math.abs(other - frame) > fps / 2)) taken.push(frame);
-    }
-    for (const frame of taken) found.push({ figure, frame, error: figure.error[frame] });
-  }
-  return found.sort((a, b) => b.error - a.error);
 }
 
 /* Places of all joints at a time between frames, metres. */

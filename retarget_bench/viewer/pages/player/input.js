@@ -93,7 +93,6 @@ function keys(player) {
     end: () => step(player, Infinity),
     "[": () => faster(player, -1),
     "]": () => faster(player, 1),
-    n: () => nextWorst(player),
     a: turn(-0.15, 0, 0.06, 0),
     d: turn(0.15, 0, -0.06, 0),
     w: turn(0, 0.1, 0, 0.06),

@@ -75,9 +75,8 @@ function toggle(player, key) {
 /* What is shown has changed, so panels, curves and lists have too. */
 function changed(player) {
   player.plan = null;
-  player.toldFrame = player.worstAt = -1;
+  player.toldFrame = -1;
   drawCurves(player);
-  listWorst(player);
   redraw(player);
 }
 
@@ -147,7 +146,7 @@ function mount(element, packed, options = {}) {
   root.append(node("p", { class: "rp-wait" }, "Unpacking the motion…"));
   element.replaceChildren(root);
   const player = { root, options: { ...options }, camera: newCamera(), stop: new AbortController(), time: 0,
-    speed: 1, playing: false, looking: false, worstAt: -1, toldFrame: -1,
+    speed: 1, playing: false, looking: false, toldFrame: -1,
     show: { ...SHOWN, overlay: Boolean(options.overlay), skins: Boolean(options.skins) } };
   const ready = decode(packed).then((scene) => {
     if (player.gone) return;

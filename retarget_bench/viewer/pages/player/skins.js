@@ -23,8 +23,7 @@ function readSkin(next, told, step) {
       shares[FOLLOWED * v] -= shares[FOLLOWED * v + k];
     }
   }
-  return { joints, corners, rest, faces: found, followed, shares, normals: normalsOf(corners, found),
-    over: Math.max(highest(corners) - highest(rest), 0), around: around(joints, corners, rest, followed) };
+  return { joints, corners, rest, faces: found, followed, shares, around: around(joints, corners, rest, followed) };
 }
 
 /* Joint of the body -> how far away the farthest corner is that follows it most. */
@@ -38,25 +37,19 @@ function around(joints, corners, rest, followed) {
   return found;
 }
 
-/* Where the surface looks at each corner, [vertex][xyz] of length 1: the mean of its faces, the larger the more. */
-function normalsOf(corners, faces) {
-  const out = new Float32Array(corners.length);
+/* Where the surface looks at each corner, [vertex][xyz]: the mean of its faces, the larger the more. */
+function normalsOf(corners, faces, out) {
+  out.fill(0);
   for (let face = 0; face < faces.length; face += 3) {
-    const [i, j, k] = [3 * faces[face], 3 * faces[face + 1], 3 * faces[face + 2]];
-    const [a, b] = [j, k].map((to) => [0, 1, 2].map((axis) => corners[to + axis] - corners[i + axis]));
-    const across = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    for (const at of [i, j, k]) across.forEach((value, axis) => (out[at + axis] += value));
-  }
-  for (let at = 0; at < out.length; at += 3) {
-    const length = Math.hypot(out[at], out[at + 1], out[at + 2]) || 1;
-    for (let axis = 0; axis < 3; axis++) out[at + axis] /= length;
+    const i = 3 * faces[face], j = 3 * faces[face + 1], k = 3 * faces[face + 2];
+    const ax = corners[j] - corners[i], ay = corners[j + 1] - corners[i + 1], az = corners[j + 2] - corners[i + 2];
+    const bx = corners[k] - corners[i], by = corners[k + 1] - corners[i + 1], bz = corners[k + 2] - corners[i + 2];
+    const x = ay * bz - az * by, y = az * bx - ax * bz, z = ax * by - ay * bx;
+    out[i] += x, out[i + 1] += y, out[i + 2] += z;
+    out[j] += x, out[j + 1] += y, out[j + 2] += z;
+    out[k] += x, out[k + 1] += y, out[k + 2] += z;
   }
   return out;
-}
-
-/* The largest y of [place][xyz]. */
-function highest(places) {
-  return places.reduce((most, value, i) => (i % 3 === 1 ? Math.max(most, value) : most), -Infinity);
 }
 
 function wears(player, figure) {
@@ -89,12 +82,6 @@ function lookInside(player) {
     player.looking = false;
     redraw(player);
   });
-}
-
-/* Room for figures that reach so high and wide by their joints: heads of skins are above them, snouts before them. */
-function reachOf(player, figures, { up, down, wide, worn }) {
-  const over = figures.filter((each) => wears(player, each)).map((each) => each.body.skin.over);
-  return { up: up + Math.max(0, ...over), down, wide: over.length ? worn : wide };
 }
 
 /* What takes each joint of a skin from its own pose to that at a time: three rows of four numbers each. */
@@ -142,14 +129,15 @@ function blended({ corners, followed, shares }, bound, out) {
 /* Corners of a figure's skin at a time between frames, [vertex][xyz] metres. */
 function surfaceAt(figure, time, frames) {
   const { skin, parents } = figure.body;
-  if (figure.moved) return movedAt(figure, time, frames, new Float32Array(skin.corners.length));
   if (!figure.now) figure.now = new Float32Array(3 * parents.length);
   placeAt(figure, time, frames);
-  return blended(skin, bindings(figure, time, frames), new Float32Array(skin.corners.length));
+  return cornersAt(figure, time, frames, new Float32Array(skin.corners.length));
 }
 
-/* The same of a figure that moves by no skeleton. */
-function movedAt({ moved }, time, frames, out) {
+/* The same into out, of a figure whose joints are placed. */
+function cornersAt(figure, time, frames, out) {
+  if (!figure.moved) return blended(figure.body.skin, bindings(figure, time, frames), out);
+  const { moved } = figure;
   const frame = Math.min(Math.floor(time), frames - 1), next = Math.min(frame + 1, frames - 1), share = time - frame;
   for (let i = 0, a = frame * out.length, b = next * out.length; i < out.length; i++, a++, b++) {
     out[i] = moved[a] + (moved[b] - moved[a]) * share;
@@ -157,70 +145,34 @@ function movedAt({ moved }, time, frames, out) {
   return out;
 }
 
-/* The same for the eye, and how bright it is at each corner, into the fourth of tones[vertex]. */
-function movedTo({ target, cy, sy, cp, sp }, surface, faces, tones) {
-  const axes = [[cy, 0, -sy], [-sy * sp, cp, -cy * sp], [sy * cp, sp, cy * cp]];
+/* A surface for the eye: to its right, up, and towards it from the middle of what it sees, metres; and how bright
+   it is at each corner, 0 to TONES, into the fourth of tones[vertex]. */
+function turnedTo({ target, cy, sy, cp, sp }, surface, faces, normals, tones) {
   for (let i = 0; i < surface.length; i += 3) {
-    const [x, y, z] = [surface[i] - target[0], surface[i + 1] - target[1], surface[i + 2] - target[2]];
-    axes.forEach((axis, row) => (surface[i + row] = axis[0] * x + axis[1] * y + axis[2] * z));
+    const x = surface[i] - target[0], y = surface[i + 1] - target[1], z = surface[i + 2] - target[2];
+    const back = x * sy + z * cy;
+    surface[i] = cy * x - sy * z;
+    surface[i + 1] = cp * y - sp * back;
+    surface[i + 2] = sp * y + cp * back;
   }
-  const normals = normalsOf(surface, faces);
+  normalsOf(surface, faces, normals);
   for (let i = 0, n = 0; n < normals.length; i++, n += 3) {
-    const bright = normals[n] * LIGHT[0] + normals[n + 1] * LIGHT[1] + normals[n + 2] * LIGHT[2];
+    const x = normals[n], y = normals[n + 1], z = normals[n + 2];
+    const bright = (x * LIGHT[0] + y * LIGHT[1] + z * LIGHT[2]) / (Math.hypot(x, y, z) || 1);
     tones[4 * i + 3] = TONES * Math.min(Math.max(bright, 0), 1);
-  }
-  return surface;
-}
-
-/* Corners of a skin that bones move, for the eye, and their tones likewise. */
-function followedTo(player, figure, view, tones) {
-  const bound = turnedTo(view, bindings(figure, player.time, player.scene.frames));
-  toned(figure.body.skin, bound, tones);
-  return blended(figure.body.skin, bound, figure.surface);
-}
-
-/* The same for the eye: to its right, up, and towards it from the middle of what it sees, metres. */
-function turnedTo({ target, cy, sy, cp, sp }, bound) {
-  const axes = [[cy, 0, -sy], [-sy * sp, cp, -cy * sp], [sy * cp, sp, cy * cp]];
-  for (let m = 0; m < bound.length; m += 12) {
-    for (let row = 0; row < 3; row++) bound[m + 4 * row + 3] -= target[row];
-    for (let column = 0; column < 4; column++) {
-      const x = bound[m + column], y = bound[m + 4 + column], z = bound[m + 8 + column];
-      axes.forEach((axis, row) => (bound[m + 4 * row + column] = axis[0] * x + axis[1] * y + axis[2] * z));
-    }
-  }
-  return bound;
-}
-
-/* How bright a skin is at each corner, 0 to TONES, into the fourth of out[vertex]; bound: for the eye. */
-function toned({ normals, followed, shares, joints }, bound, out) {
-  const light = new Float32Array(3 * joints.length); // of each joint, as its skin's own pose sees it
-  for (let j = 0; j < joints.length; j++) {
-    for (let axis = 0, m = 12 * j; axis < 3; axis++, m++) {
-      light[3 * j + axis] = bound[m] * LIGHT[0] + bound[m + 4] * LIGHT[1] + bound[m + 8] * LIGHT[2];
-    }
-  }
-  for (let i = 0, v = 0, at = 0; v < normals.length; i++, v += 3, at += FOLLOWED) {
-    let share = 0;
-    for (let k = at; k < at + FOLLOWED; k++) {
-      const l = 3 * followed[k];
-      if (shares[k] === 0) break;
-      share += shares[k] * (normals[v] * light[l] + normals[v + 1] * light[l + 1] + normals[v + 2] * light[l + 2]);
-    }
-    out[4 * i + 3] = TONES * Math.min(Math.max(share, 0), 1);
   }
 }
 
 /* Corners of a figure on a sheet, [vertex][x, y, nearness, tone]: nearness in pixels per metre. */
 function cornersOn(player, figure, view, fine) {
-  const { faces, corners } = figure.body.skin;
+  const { faces, corners } = figure.body.skin, count = corners.length;
   if (!figure.onSheet) {
-    Object.assign(figure, { surface: new Float32Array(corners.length), onSheet: new Float32Array((4 * corners.length) / 3) });
+    const [surface, normals, onSheet] = [count, count, (4 * count) / 3].map((size) => new Float32Array(size));
+    Object.assign(figure, { surface, normals, onSheet });
   }
-  const out = figure.onSheet;
-  const surface = figure.moved
-    ? movedTo(view, movedAt(figure, player.time, player.scene.frames, figure.surface), faces, out)
-    : followedTo(player, figure, view, out);
+  const { surface, normals, onSheet: out } = figure;
+  cornersAt(figure, player.time, player.scene.frames, surface);
+  turnedTo(view, surface, faces, normals, out);
   for (let i = 0; 3 * i < surface.length; i++) {
     const near = view.strength / Math.max(view.eye - surface[3 * i + 2], 0.05 * view.eye);
     out[4 * i] = fine * (view.middleX + surface[3 * i] * near);

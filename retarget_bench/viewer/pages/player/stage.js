@@ -67,11 +67,11 @@ function layout(player) {
     const seen = group.filter((figure) => figure.positions);
     return seen.length ? spread(player, seen) : 0;
   }));
-  const room = needed(reachOf(player, near, together ? largest(near) : scene.reach), apart);
+  const room = needed(together ? largest(near) : scene.reach, apart);
   const boxes = panels(groups.length, width, height, room.across, room.up * (1 + (2 * TITLE) / height));
   const rooms = groups.map(([figure]) =>
     together || !figure.positions ? room
-      : needed(reachOf(player, [figure], figure.body.reach), apart));
+      : needed(figure.body.reach, apart));
   const scales = rooms.map((each) => Math.min(boxes[0].w / each.across, (boxes[0].h - TITLE) / each.up));
   return { groups, near, boxes, rooms, scales, together, backdrop: backdrop(player, boxes), fitted: new Map(),
     missing: together ? list.filter((each) => !each.positions) : [] };

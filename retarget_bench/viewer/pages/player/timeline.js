@@ -1,4 +1,4 @@
-/* Error over frames under the slider, and the frames to look at first. */
+/* Error over frames under the slider. */
 
 const THUMB = 16; // pixels: the slider's thumb, so that curve and slider say the same place
 
@@ -67,31 +67,3 @@ function tell(player, frame) {
     `${scene.title}. Frame ${frame + 1} of ${scene.frames}, ${layoutName}: ${parts.join("; ") || "no figure"}`);
 }
 
-/* Buttons that jump to peaks of error of the figures that are shown. */
-function listWorst(player) {
-  const { scene, worstBox, worstList, selected } = player;
-  const found = scene.worst.filter((each) => selected.has(each.figure.id)).slice(0, 6);
-  player.worstFound = found;
-  worstBox.hidden = !found.length;
-  worstList.replaceChildren(...found.map((each) => {
-    const swatch = node("span", { class: "rp-swatch" });
-    swatch.style.background = player.colours[each.figure.id][0];
-    const button = node("button", { type: "button", class: "rp-jump" }, swatch,
-      node("span", {}, each.figure.label), node("b", {}, `${each.error.toFixed(1)} %`),
-      node("small", {}, `frame ${each.frame + 1}`));
-    button.addEventListener("click", () => jump(player, each));
-    return node("li", {}, button);
-  }));
-}
-
-function jump(player, place) {
-  setPlaying(player, false);
-  setTime(player, place.frame);
-}
-
-/* To the next of the worst frames, by their order in the list. */
-function nextWorst(player) {
-  if (!player.worstFound.length) return;
-  player.worstAt = (player.worstAt + 1) % player.worstFound.length;
-  jump(player, player.worstFound[player.worstAt]);
-}
