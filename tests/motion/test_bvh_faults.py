@@ -53,7 +53,7 @@ def refusal(folder: Path, data: bytes) -> FileError:
     ("data", "words"),
     [
         (b"", "is empty"),
-        (b" \r\n\t\n", "only blanks"),
+        (b" \r\n\t\n", "is empty"),
         (b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n", "git lfs pull"),
         (b"/annex/objects/MD5E-s9--00.bvh\n", "git annex get"),
         (b"Kaydara FBX Binary  \x00\x1a\x00" + bytes(500), "binary FBX"),

@@ -7,7 +7,6 @@ parallel to the world in the rest pose, and bones that begin at the root stand i
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -16,6 +15,7 @@ import numpy as np
 
 from retarget_bench.errors import FileError
 from retarget_bench.motion import rotation
+from retarget_bench.motion.file_kinds import TEXT, check_kind
 from retarget_bench.motion.files.acclaim.skeleton import (
     LENGTH,
     ROTATIONS,
@@ -36,13 +36,6 @@ _STILL, _SAME = 1e-3, 1e-5
 """Shares of the body's reach up to which a joint's place in its parent's frame counts as constant, and up
 to which it counts as that at rest."""
 _SUFFIX = ".asf"
-_MOTION = re.compile(rb"^\s*(:fully-specified|:degrees|:radians|#!oml:asf)", re.IGNORECASE | re.MULTILINE)
-_SKELETON = re.compile(rb"^\s*(:version|:units|:bonedata|# ast/asf)", re.IGNORECASE | re.MULTILINE)
-
-
-def recognises(head: bytes) -> bool:
-    """Whether a file that begins so is an Acclaim skeleton or motion."""
-    return _MOTION.search(head) is not None or _SKELETON.search(head) is not None
 
 
 def read(path: Path, skeleton: str | PathLike[str] | None = None) -> Recording:
@@ -108,15 +101,9 @@ def _named_asf(path: Path) -> bool:
 
 
 def _is_skeleton(path: Path) -> bool:
-    """By the first bytes of the file, and where these say nothing by its name."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(4096)
-    except OSError:
-        head = b""
-    if _MOTION.search(head):
-        return False
-    return _SKELETON.search(head) is not None or _named_asf(path)
+    """By what the file is, and where this says nothing by its name."""
+    kind = check_kind(path, "AMC", "ASF", text=True)
+    return _named_asf(path) if kind is TEXT else kind.name == "ASF"
 
 
 def _widths(body: AcclaimSkeleton) -> dict[str, int]:

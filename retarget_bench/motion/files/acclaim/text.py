@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from retarget_bench.errors import FileError
-from retarget_bench.files import LARGEST, check_ordinary
+from retarget_bench.motion.file_kinds import check_kind
 
 _LONGEST = 1e9
 """No body is longer in any unit, and no angle larger."""
@@ -27,26 +27,20 @@ class Line:
         return FileError(self.path, problem, self.number)
 
 
-def content(path: Path) -> bytes:
-    """The bytes of a text file with LF at line ends. Raises FileError."""
-    check_ordinary(path, LARGEST)
+def content(path: Path, name: str) -> bytes:
+    """The bytes of an "ASF" or "AMC" file with LF at line ends. Raises FileError."""
+    check_kind(path, name, text=True)
     try:
         data = path.read_bytes()
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror or error})") from error
-    if not data.strip():
-        raise FileError(path, "is empty")
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise FileError(path, "is UTF-16 text: save it as UTF-8")
-    if b"\0" in data:
-        raise FileError(path, "is binary data, not text")
     data = data.removeprefix(b"\xef\xbb\xbf")
     return data if b"\n" in data else data.replace(b"\r", b"\n")
 
 
 def lines(path: Path) -> Iterator[Line]:
     """The lines of an ASF file, without comments and blank ones; commas and brackets are blanks."""
-    text = content(path).decode("utf-8", "replace")
+    text = content(path, "ASF").decode("utf-8", "replace")
     for number, line in enumerate(text.split("\n"), 1):
         if words := line.partition("#")[0].translate(_BLANKS).split():
             yield Line(path, number, words)

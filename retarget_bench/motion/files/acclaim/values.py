@@ -32,7 +32,7 @@ def read_values(path: Path, widths: Mapping[str, int], skeleton: Path) -> Acclai
     All frames name the same bones. A file whose frames are written alike is cut into words and converted
     as a whole. Raises FileError, with its line, for frames that are not so.
     """
-    data = content(path)
+    data = content(path, "AMC")
     start, line, radians = _head(path, data)
     words = data[start:].split()
     if not words:

@@ -18,6 +18,7 @@ import numpy as np
 
 from retarget_bench.errors import FileError, visible
 from retarget_bench.files import LARGEST, check_ordinary, nesting
+from retarget_bench.motion.file_kinds import check_kind
 from retarget_bench.motion.files.gltf.values import Values
 
 MAGIC = b"glTF"
@@ -220,10 +221,8 @@ class Document(Values):
 
 def open_document(path: Path) -> Document:
     """The content of a file. Raises FileError where it is no glTF 2.0."""
-    check_ordinary(path, LARGEST)
+    check_kind(path, "glTF")
     try:
-        if not path.exists():
-            raise FileError(path, "cannot be read (there is no such file)")
         data = path.read_bytes()
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror or error})") from error

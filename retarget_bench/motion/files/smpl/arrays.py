@@ -21,9 +21,8 @@ import numpy as np
 from numpy.lib import format as npy
 
 from retarget_bench.errors import FileError
-from retarget_bench.files import LARGEST, check_ordinary
+from retarget_bench.motion.file_kinds import check_kind
 
-ZIP, NPY = b"PK\x03\x04", b"\x93NUMPY"
 _MOST = 1 << 26
 """Numbers in one array: 512 MB in double precision."""
 _BROKEN = (
@@ -35,12 +34,6 @@ _BROKEN = (
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
-def begins_as_archive(head: bytes) -> bool:
-    """Whether a file is a zip archive whose first member is an array."""
-    size = int.from_bytes(head[26:28], "little")
-    return head.startswith(ZIP) and head[30 : 30 + size].endswith(b".npy")
-
-
 class Archive:
     """An ``.npz`` file: arrays by name, each read on access.
 
@@ -48,6 +41,7 @@ class Archive:
     """
 
     def __init__(self, path: Path) -> None:
+        check_kind(path, "NPZ")
         self.path = path
 
     @cached_property
@@ -86,6 +80,7 @@ class Archive:
 
 def read_array(path: Path) -> np.ndarray:
     """The numbers of an ``.npy`` file, finite, in double precision. Raises FileError."""
+    check_kind(path, "NPY")
     with _readable(path), path.open("rb") as file:
         array = _read(path, "it", file, path.stat().st_size, "fiu")
     return finite(path, "it", array)
@@ -118,8 +113,7 @@ def check_shape(path: Path, name: str, array: np.ndarray, shape: tuple[int, ...]
 
 @contextmanager
 def _readable(path: Path) -> Iterator[None]:
-    """Raise FileError for what is no file, and for everything that damaged files raise."""
-    check_ordinary(path, LARGEST)
+    """Raise FileError for everything that damaged files raise."""
     try:
         yield
     except FileError:

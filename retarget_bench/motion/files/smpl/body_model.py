@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.errors import FileError
-from retarget_bench.files import LARGEST, check_ordinary
-from retarget_bench.motion.files.smpl.arrays import ZIP, Archive, check_shape, shape_text
+from retarget_bench.motion.files.smpl.arrays import Archive, check_shape, shape_text
 from retarget_bench.motion.files.smpl.families import BODY, BY_JOINTS, FAMILIES, Family
 from retarget_bench.motion.mesh import Mesh
 
@@ -69,7 +68,8 @@ def load(place: Path, family: Family, gender: str, betas: np.ndarray) -> Shaped:
     Raises FileError where there is none, or it does not fit.
     """
     path = _model_file(place, family, gender) if place.is_dir() else place
-    _check_kind(path)
+    if path.suffix.lower() in (".pkl", ".pickle"):
+        raise FileError(path, f"is {_PICKLED}")
     archive = Archive(path)
     if missing := [name for name in _NEEDED if name not in archive.names]:
         raise FileError(path, f"is no SMPL body model: it lacks {', '.join(missing)}")
@@ -110,22 +110,6 @@ def _family(path: Path, archive: Archive, regressor: np.ndarray, vertices: int) 
     return own
 
 
-def _check_kind(path: Path) -> None:
-    """Raises FileError for what is there but no archive, in the words of what it is."""
-    check_ordinary(path, LARGEST)
-    try:
-        with path.open("rb") as file:
-            head = file.read(4)
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror or error})") from error
-    if path.suffix.lower() in (".pkl", ".pickle"):
-        raise FileError(path, f"is {_PICKLED}")
-    if not head.startswith(ZIP):
-        raise FileError(
-            path, "is no .npz file; a body model is one, with v_template, shapedirs, J_regressor"
-        )
-
-
 # ------------------------------------------------------------------------------------ which of a folder
 def _model_file(folder: Path, family: Family, gender: str) -> Path:
     """The file of a folder that is named after family and gender: ``SMPLH_MALE.npz``,
@@ -140,7 +124,7 @@ def _model_file(folder: Path, family: Family, gender: str) -> Path:
             return path
     model = f"{gender} {family.name if family is not BODY else 'SMPL'} model"
     if pickled := [path for path in fitting if path.suffix.lower() != ".npz"]:
-        raise FileError(pickled[0], f"is {_PICKLED}")
+        return pickled[0]
     models = [str(path.relative_to(folder)) for path in listed if path.suffix.lower() == ".npz"]
     holds = ", ".join(models[:6]) or "no .npz file"
     raise FileError(
