@@ -16,9 +16,7 @@ from retarget_bench.motion.files.acclaim import reading as acclaim
 from retarget_bench.motion.files.fbx import reading as fbx
 from retarget_bench.motion.files.gltf import reading as gltf
 from retarget_bench.motion.files.reading import Reading
-from retarget_bench.motion.files.smpl import amass, joint_arrays
-from retarget_bench.motion.files.smpl.arrays import read_array
-from retarget_bench.motion.files.smpl.joint_arrays import Joints
+from retarget_bench.motion.files.smpl import amass, arrays
 from retarget_bench.motion.recording import Recording
 
 
@@ -93,13 +91,13 @@ def _read_amass(path: Path, reading: Reading) -> Recording:
 
 
 def _read_joint_array(path: Path, reading: Reading) -> Recording:
-    return of_array(path, read_array(path), reading)
+    return of_array(path, arrays.read_array(path), reading)
 
 
-def of_array(path: Path, array: np.ndarray, reading: Reading, joints: Joints = ()) -> Recording:
-    """The motion of an array that a file holds, or that has none: see ``joint_arrays.recorded``."""
+def of_array(path: Path, array: np.ndarray, reading: Reading, joints: arrays.Joints = ()) -> Recording:
+    """The motion of an array that a file holds, or that has none: see ``arrays.recorded``."""
     _refuse(path, reading, "take", "body", "root_place", "skeleton", "body_model")
-    return joint_arrays.recorded(path, array, reading.rate, joints)
+    return arrays.recorded(path, array, reading.rate, joints)
 
 
 def _refused(path: Path, reading: Reading | None = None) -> NoReturn:  # noqa: ARG001
