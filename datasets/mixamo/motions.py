@@ -1,11 +1,12 @@
 """Rigs and motions of a Mixamo folder, read on access and kept while memory allows."""
 
 from collections import Counter, OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from retarget_bench.api import Performed
 from retarget_bench.errors import BenchError
 from retarget_bench.files import digest
 from retarget_bench.motion import bvh
@@ -15,6 +16,7 @@ from retarget_bench.motion.roles import is_body
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.motion.structures import Reduction, reduce
 from retarget_bench.training.lazy_clips import Cast, NamedClips
+from retarget_bench.training.stored_pairs import StoredPairs
 
 STRUCTURE_A = "mixamo-A"
 """Aj, BigVegas, Kaya, SportyGranny: a ``Pelvis`` under ``Hips``, no joints at toe and head ends."""
@@ -167,3 +169,42 @@ def training_clips(
 
             cast.setdefault(usual, {})[name] = NamedClips(usable, read)
     return cast
+
+
+# ------------------------------------------------------------------------------------------------ pairs
+@dataclass
+class _Clip:
+    """able: characters that perform it in the same number of frames."""
+
+    clip: str
+    able: Sequence[str]
+    read: Callable[[str, str], Motion]
+    kind: str = ""
+    exact: bool = False
+
+    def of(self, name: str) -> Performed:
+        return Performed(self.read(name, self.clip))
+
+
+class Pairs(StoredPairs):
+    """Every ordered pair of different characters of every clip, which are nearly copied rotations; contacts
+    and touches are not known."""
+
+    def __init__(
+        self, lengths: Mapping[str, Mapping[str, int]], read: Callable[[str, str], Motion]
+    ) -> None:
+        """lengths: clip -> character -> frames. read: the motion of a character and a clip."""
+        self._clips = [_Clip(clip, performers(frames), read) for clip, frames in lengths.items()]
+        self._clips = [each for each in self._clips if len(each.able) > 1]
+        troupe = max((len(each.able) for each in self._clips), default=2)
+        super().__init__(len(self._clips), troupe)
+
+    def performance(self, number: int) -> _Clip:
+        return self._clips[number]
+
+
+def performers(frames: Mapping[str, int]) -> tuple[str, ...]:
+    """The characters of a clip with the length that most of them have, the longest of equals."""
+    counts = Counter(frames.values())
+    usual = max(counts, key=lambda length: (counts[length], length), default=0)
+    return tuple(name for name, length in frames.items() if length == usual)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from retarget_bench.errors import FileError
@@ -29,8 +30,9 @@ class Kind:
     advice: str = ""
     name: str = ""
 
-    def is_of(self, head: bytes) -> bool:
-        return re.match(self.begins, head, re.IGNORECASE | re.MULTILINE | re.DOTALL) is not None
+    @cached_property
+    def pattern(self) -> re.Pattern[bytes]:
+        return re.compile(self.begins, re.IGNORECASE | re.MULTILINE | re.DOTALL)
 
 
 _ZIPPED = rb"PK\x03\x04.{26}[^\0-\x1f]*?"
@@ -64,9 +66,9 @@ KINDS = (
     Kind("an XML file", rb"<\?xml"),
     Kind("a JSON file", rb"\{", name="glTF"),
     Kind("UTF-16 text", rb"\xff\xfe|\xfe\xff", ": save it as UTF-8"),
+    Kind("a BVH file", rb"HIERARCHY\b|.*?(^|\r)[ \t]*HIERARCHY[ \t]*($|\r|ROOT)", name="BVH"),
     Kind("an Acclaim motion (AMC)", rb".*?^\s*(:fully-specified|:degrees|:radians|#!oml:asf)", name="AMC"),
     Kind("an Acclaim skeleton (ASF)", rb".*?^\s*(:version|:units|:bonedata|# ast/asf)", name="ASF"),
-    Kind("a BVH file", rb".*?(^|\r)\s*HIERARCHY\b", name="BVH"),
     Kind("an ASCII FBX file", rb".*?(FBXHeaderExtension|; FBX )", _AS_BVH, "FBX"),
     Kind("binary data of an unknown kind", rb".*\0"),
     Kind("text of an unknown kind", rb""),
@@ -85,7 +87,7 @@ def kind_of(path: Path) -> Kind:
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror or error})") from error
     text = head.removeprefix(b"\xef\xbb\xbf").lstrip()
-    return next(kind for kind in KINDS if kind.is_of(text))
+    return next(kind for kind in KINDS if kind.pattern.match(text))
 
 
 def check_kind(path: Path, *names: str, text: bool = False) -> Kind:

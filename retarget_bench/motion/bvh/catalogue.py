@@ -16,6 +16,7 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import cache_folder, digest, read_sealed, write_sealed
 from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh.document import frame_rate
+from retarget_bench.motion.character import resampled_frames
 from retarget_bench.motion.files import format_of, listing, split_take
 from retarget_bench.motion.files.formats import BVH, FORMATS
 
@@ -41,6 +42,10 @@ class CatalogueEntry:
     frames: int
     fps: float
     problem: str = ""
+
+    def frames_at(self, fps: float) -> int:
+        """Its length at another rate; 0 where it cannot be read."""
+        return 0 if self.problem else resampled_frames(self.frames, self.fps, fps)
 
 
 def catalogue(root: Path, files: Iterable[Path]) -> dict[Path, CatalogueEntry]:
@@ -150,6 +155,13 @@ def fingerprint(entries: Mapping[str, CatalogueEntry]) -> str:
     """A hash of file names and contents: what identifies a data set of these files in keys."""
     lines = (f"{name}\t{entry.content}" for name, entry in sorted(entries.items()))
     return "sha256:" + digest("\n".join(lines), 32)
+
+
+def by_name(
+    files: Mapping[str, Mapping[str, Path]], entries: Mapping[Path, CatalogueEntry]
+) -> dict[str, CatalogueEntry]:
+    """``body/clip`` -> entry. files: body -> clip -> file."""
+    return {f"{body}/{clip}": entries[path] for body, own in files.items() for clip, path in own.items()}
 
 
 def _seems_complete(header: bytes, body: bytes, frames: int) -> bool:

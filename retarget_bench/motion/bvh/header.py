@@ -68,7 +68,8 @@ def _with_points(data: bytes) -> bytes:
 
 def check_begins(path: Path, start: bytes) -> None:
     """Raise FileError where text begins with something else than HIERARCHY or remarks."""
-    if text := REMARK.sub(b"", start.removeprefix(_BOM)).lstrip():
+    text = REMARK.sub(b"", start.removeprefix(_BOM)).lstrip()
+    if text and text[:9].upper() != b"HIERARCHY":
         first = text.splitlines()[0][:40].decode("ascii", "replace")
         raise FileError(path, f"is not BVH: it begins with {first!r} instead of HIERARCHY")
 
