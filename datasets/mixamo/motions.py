@@ -1,9 +1,10 @@
-"""Rigs and motions of a Mixamo folder, read on access and kept while memory allows."""
+"""Rigs, motions and pairs of a Mixamo folder, read on access."""
 
-from collections import Counter, OrderedDict
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 
 from retarget_bench.api import Performed
@@ -80,10 +81,8 @@ def structure_of(skeleton: Skeleton, roles: Sequence[str | None]) -> str:
     return f"mixamo-{digest(chr(10).join(sorted(lines)), 6)}"
 
 
-KEEP_BYTES = 200_000_000
-"""Bytes of motions that a process keeps in memory."""
-_BYTES_PER_JOINT = 8 * (4 + 3 + 4)
-"""Local rotations, and the positions and global rotations that a motion computes once."""
+CACHED = 32
+"""So many motions a process keeps."""
 METRES = {"cm": 0.01, "m": 1.0}
 PLAUSIBLE = (0.2, 10.0)
 """Metres: heights of characters that are taken as they are."""
@@ -101,8 +100,9 @@ class Motions:
     unit: str
     multiple: int = 1
     _rigs: dict[tuple[str, str], Rig | BenchError] = field(default_factory=dict)
-    _cache: OrderedDict[Path, Motion] = field(default_factory=OrderedDict)
-    _bytes: int = 0
+
+    def __post_init__(self) -> None:
+        self.motion = lru_cache(maxsize=CACHED)(self._motion)
 
     def rig(self, name: str, path: Path, entry: CatalogueEntry) -> Rig:
         """The body in a file; files with the same hierarchy share one object. Raises BenchError."""
@@ -117,18 +117,11 @@ class Motions:
             raise cached
         return cached
 
-    def motion(self, name: str, path: Path, entry: CatalogueEntry) -> Motion:
+    def _motion(self, name: str, path: Path, entry: CatalogueEntry) -> Motion:
         """A file's motion on the joints and at the rate of the cases. Raises BenchError."""
-        if path in self._cache:
-            self._cache.move_to_end(path)
-            return self._cache[path]
         motion = self.rig(name, path, entry).motion(self._recording(path), self.fps)
         if motion.frames % self.multiple:
             motion = motion.at(slice(0, motion.frames // self.multiple * self.multiple))
-        self._cache[path] = motion
-        self._bytes += _size(motion)
-        while self._bytes > KEEP_BYTES and len(self._cache) > 1:
-            self._bytes -= _size(self._cache.popitem(last=False)[1])
         return motion
 
     def _recording(self, path: Path) -> bvh.Recording:
@@ -143,10 +136,6 @@ class Motions:
             cure = f"; give unit={other}" if other != self.unit else ""
             raise BenchError(f"{path}: read in {self.unit}, {name} is {height:.3g} m high{cure}")
         return built
-
-
-def _size(motion: Motion) -> int:
-    return motion.rotations.shape[0] * motion.rotations.shape[1] * _BYTES_PER_JOINT
 
 
 def training_clips(
