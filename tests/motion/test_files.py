@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from gltf_files import person
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import bvh, files, importer
+from retarget_bench.motion.file_kinds import kind_of
 from retarget_bench.motion.files import formats
 from retarget_bench.motion.files.listing import motion_files, motions_of
 from retarget_bench.motion.files.reading import Reading
@@ -79,6 +81,41 @@ def test_what_is_no_file_of_motion_is_named(tmp_path, name, data, words):
     with pytest.raises(FileError, match=words):
         importer.load(path)
     assert motions_of(path) == {"a": path}
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b" \r\n", "empty"),
+        (b"; FBX 7.4.0 project file\n; ---", "an ASCII FBX file"),
+        (b"Kaydara FBX Binary  \0\x1a\0", "a binary FBX file"),
+        (b"glTF\2\0\0\0", "a binary glTF file"),
+        (b'\xef\xbb\xbf {"asset": {}}', "a JSON file"),
+        (b"PK\x05\x06" + bytes(18), "a zip archive"),
+        (b"# AST/ASF file generated\n:version 1.10\n:hierarchy\n", "an Acclaim skeleton (ASF)"),
+        (b"#!OML:ASF a\n:FULLY-SPECIFIED\n:DEGREES\n1\n", "an Acclaim motion (AMC)"),
+        (b"# made by hand\r\n  hierarchy\r\nROOT a", "a BVH file"),
+        (b"HIERARCHY ROOT a {", "a BVH file"),
+        ("HIERARCHY".encode("utf-16"), "UTF-16 text"),
+        (b"(dp0\nS'betas'\n", "a pickle of Python"),
+        (bytes(range(256)) * 40, "binary data of an unknown kind"),
+        (b"A hierarchy of joints\n", "text of an unknown kind"),
+    ],
+)  # fmt: skip
+def test_kinds_of_files(tmp_path, data, words):
+    (tmp_path / "a").write_bytes(data)
+    assert kind_of(tmp_path / "a").words == words
+
+
+def test_arrays_of_numpy_and_tensors_of_torch_are_told_from_other_archives(tmp_path):
+    for save in (np.savez, np.savez_compressed):
+        save(tmp_path / "a.npz", poses=np.zeros(3))
+        assert kind_of(tmp_path / "a.npz").name == "NPZ"
+    np.savez(tmp_path / "a.npz")
+    assert kind_of(tmp_path / "a.npz").words == "a zip archive"
+    with zipfile.ZipFile(tmp_path / "a.pt", "w") as file:
+        file.writestr("a/data.pkl", b"\x80\x02}q")
+    assert kind_of(tmp_path / "a.pt").words == "a file of PyTorch"
 
 
 def test_a_motion_under_the_name_of_another_format_is_read(tmp_path, text):
