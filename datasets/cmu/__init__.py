@@ -11,17 +11,16 @@ from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.api.datasets import usual_split
-from retarget_bench.errors import BenchError, Unusable
+from retarget_bench.errors import BenchError, Unusable, some
 from retarget_bench.motion import importer
-from retarget_bench.motion.bvh.catalogue import (
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.catalogue import (
     CatalogueEntry,
     bvh_files,
     catalogue,
     contents,
     fingerprint,
-    some,
 )
-from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training.lazy_clips import Cast, NamedClips, parts

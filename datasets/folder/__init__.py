@@ -12,12 +12,12 @@ import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard, Unreadable
 from retarget_bench.api.datasets import usual_split
-from retarget_bench.errors import BenchError, Unusable
+from retarget_bench.errors import BenchError, Unusable, some
 from retarget_bench.files import digest
 from retarget_bench.motion import importer, kinematics
-from retarget_bench.motion.bvh.catalogue import by_name, existing, fingerprint, some
 from retarget_bench.motion.character import Character, Motion, resampled_frames
 from retarget_bench.motion.files import format_of
+from retarget_bench.motion.files.catalogue import by_name, existing, fingerprint
 from retarget_bench.motion.files.formats import AMASS, BVH
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.plugins.code_hash import code_hash, package_code

@@ -9,9 +9,9 @@ from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.api.datasets import usual_splits
-from retarget_bench.errors import BenchError
-from retarget_bench.motion.bvh.catalogue import CatalogueEntry, by_name, catalogue, fingerprint, some
+from retarget_bench.errors import BenchError, some
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.catalogue import CatalogueEntry, by_name, catalogue, fingerprint
 from retarget_bench.training.lazy_clips import Cast, NamedClips
 
 from .takes import DOG, FPS, PERSON, SHORTEST, SPECIES, Clip, Motions, Part, Protocol, Takes, cut, find

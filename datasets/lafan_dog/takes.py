@@ -10,11 +10,11 @@ from typing import Literal
 
 import numpy as np
 
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import BenchError, FileError, some
 from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.actions import Action, action
-from retarget_bench.motion.bvh.catalogue import bvh_files, contents, existing, some
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.files.catalogue import bvh_files, contents, existing
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.training.lazy_clips import parts
 

@@ -11,8 +11,8 @@ from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.motion.bvh.catalogue import CatalogueEntry, by_name, catalogue, fingerprint
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.files.catalogue import CatalogueEntry, by_name, catalogue, fingerprint
 from retarget_bench.training.lazy_clips import Cast, manifest
 
 from . import protocols

@@ -11,8 +11,8 @@ from retarget_bench.api import Performed
 from retarget_bench.errors import BenchError
 from retarget_bench.files import digest
 from retarget_bench.motion import bvh
-from retarget_bench.motion.bvh.catalogue import CatalogueEntry
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.files.catalogue import CatalogueEntry
 from retarget_bench.motion.roles import is_body
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.motion.structures import Reduction, reduce

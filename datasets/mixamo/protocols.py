@@ -9,15 +9,8 @@ from pathlib import Path
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.api.datasets import usual_split
-from retarget_bench.errors import BenchError, FileError
-from retarget_bench.motion.bvh.catalogue import (
-    CatalogueEntry,
-    bvh_files,
-    contents,
-    existing,
-    some,
-    subfolders,
-)
+from retarget_bench.errors import BenchError, FileError, some
+from retarget_bench.motion.files.catalogue import CatalogueEntry, bvh_files, contents, existing, subfolders
 
 from .motions import Motions
 

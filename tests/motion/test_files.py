@@ -13,7 +13,7 @@ from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import bvh, files, importer
 from retarget_bench.motion.file_kinds import kind_of
 from retarget_bench.motion.files import formats
-from retarget_bench.motion.files.listing import motion_files, motions_of
+from retarget_bench.motion.files.catalogue import motion_files, motions_of
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.motion.files.scenes.bodies import chosen
 

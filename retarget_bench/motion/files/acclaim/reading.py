@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.errors import FileError
+from retarget_bench.errors import FileError, some
 from retarget_bench.motion import rotation
 from retarget_bench.motion.file_kinds import TEXT, check_kind
 from retarget_bench.motion.files.acclaim.content import (
@@ -56,8 +56,7 @@ def read(path: Path, skeleton: str | PathLike[str] | None = None) -> Recording:
     values, radians = read_motion(path, widths, asf)
     notes = [f"bones from {asf.name}"]
     if missing := [name for name in widths if name not in values]:
-        more = f" and {len(missing) - 6} more" if len(missing) > 6 else ""
-        notes.append(f"the motion has no numbers for {', '.join(missing[:6])}{more}: they stay as at rest")
+        notes.append(f"the motion has no numbers for {some(missing)}: they stay as at rest")
     return _recorded(body, values, radians or body.radians, notes)
 
 

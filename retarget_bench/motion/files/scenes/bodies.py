@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.errors import NotSupported
+from retarget_bench.errors import NotSupported, some
 from retarget_bench.motion.bvh.recording import DUMMY_NAMES, HIP_NAMES
 from retarget_bench.motion.files.scenes.scene import Nodes, Scene
 from retarget_bench.motion.recording import MOST_JOINTS
@@ -29,9 +29,8 @@ def chosen(choice: str, names: Sequence[str], kind: str, path: Path) -> int:
         return plain.index(choice.casefold())
     if choice.isdecimal() and 0 < int(choice[:9]) <= len(names):
         return int(choice) - 1
-    listed = ", ".join(f"{number} {name!r}" for number, name in enumerate(names[:_LISTED], 1))
-    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    raise NotSupported(f"{path} has no {kind} {choice!r}; it has {listed or 'none'}{more}")
+    listed = some([f"{number} {name!r}" for number, name in enumerate(names, 1)], _LISTED)
+    raise NotSupported(f"{path} has no {kind} {choice!r}; it has {listed or 'none'}")
 
 
 _TRUNK = re.compile(

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from retarget_bench.errors import some
 from retarget_bench.motion import rotation
 from retarget_bench.motion.files.scenes.bodies import Body, choose_body, chosen, with_moving_root
 from retarget_bench.motion.files.scenes.rig import (
@@ -303,6 +304,5 @@ def _check_finite(scene: Scene, recording: Recording) -> None:
         raise scene.fail("holds numbers that are no motion of a body: it is damaged")
 
 
-def _listed(nodes: Nodes, some: Sequence[int]) -> str:
-    shown = ", ".join(repr(nodes.names[node]) for node in some[:6])
-    return shown + (f" and {len(some) - 6} more" if len(some) > 6 else "")
+def _listed(nodes: Nodes, listed: Sequence[int]) -> str:
+    return some([repr(nodes.names[node]) for node in listed])
