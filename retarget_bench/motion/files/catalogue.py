@@ -1,4 +1,5 @@
-"""Catalogue of a folder of motion files, made without parsing motion: bodies, lengths, rates and hashes.
+"""The motion files of a folder by name, and a catalogue of their bodies, lengths, rates and hashes, for BVH
+made without parsing motion.
 
 A data set of thousands of files must list its cases in the time that a command takes to start. So every
 file is looked at once, and its entry is kept under the file's size and time of change.
@@ -7,21 +8,27 @@ file is looked at once, and its entry is kept under the file's size and time of 
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from retarget_bench.errors import BenchError, FileError
-from retarget_bench.files import cache_folder, digest, read_sealed, write_sealed
+import numpy as np
+
+from retarget_bench.errors import BenchError, FileError, some
+from retarget_bench.files import cache_folder, composed, digest, read_sealed, write_sealed
 from retarget_bench.motion import bvh
-from retarget_bench.motion.bvh.document import frame_rate
-from retarget_bench.motion.files import format_of, listing, split_take
+from retarget_bench.motion.bvh.document import Hierarchy, frame_rate
+from retarget_bench.motion.character import resampled_frames
+from retarget_bench.motion.files import format_of, read, split_take, suffixes, takes
 from retarget_bench.motion.files.formats import BVH, FORMATS
+from retarget_bench.motion.files.reading import Reading
+from retarget_bench.motion.recording import Recording, reach
 
 VERSION = 2
 _HEADER = re.compile(rb"^[ \t]*MOTION\s+Frames:\s*(\d+)\s+Frame Time:\s*(\S+)[ \t\r]*\n", re.MULTILINE)
 _CHANNELS = re.compile(rb"\bCHANNELS[ \t]+(\d+)")
+_DIGITS = 4
 _NUMERIC = b"0123456789+-.eE \t\r\n"
 
 
@@ -41,6 +48,10 @@ class CatalogueEntry:
     frames: int
     fps: float
     problem: str = ""
+
+    def frames_at(self, fps: float) -> int:
+        """Its length at another rate; 0 where it cannot be read."""
+        return 0 if self.problem else resampled_frames(self.frames, self.fps, fps)
 
 
 def catalogue(root: Path, files: Iterable[Path]) -> dict[Path, CatalogueEntry]:
@@ -67,6 +78,43 @@ def catalogue(root: Path, files: Iterable[Path]) -> dict[Path, CatalogueEntry]:
     return entries
 
 
+def motion_files(folder: Path) -> dict[str, Path]:
+    """The motions in a folder itself, by name, sorted, without hidden files.
+
+    A file has its name without the ending, or all of it where another file has that. Of a file with
+    several takes each has a name of its own, and a path with ``#`` (``motion.files.split_take``).
+    Raises FileError where the folder cannot be listed.
+    """
+    listed = _visible(folder)
+    motions: dict[str, Path] = {}
+    alone = {path.suffix.lower() for path in listed}
+    for form in FORMATS:
+        if alone & {*form.suffixes} - {*form.bodies}:  # beside motions, bodies are no clips
+            listed = [path for path in listed if path.suffix.lower() not in form.bodies]
+    for path in listed:
+        if path.suffix.lower() in suffixes() and path.is_file():
+            stem, complete = composed(path.stem), composed(path.name)
+            for name, one in motions_of(path).items():
+                motions[name if name not in motions else complete + name.removeprefix(stem)] = one
+    return dict(sorted(motions.items()))
+
+
+def motions_of(path: Path) -> dict[str, Path]:
+    """The motions of a file by composed names: ``{"walk": walk.bvh}``, ``{"Fox-Walk": Fox.glb#2, ...}``."""
+    stem = composed(path.stem)
+    names: tuple[str, ...] = ()
+    with suppress(BenchError):  # whoever reads it says why it cannot be read
+        names = takes(path)
+    if len(names) < 2:
+        return {stem: path}
+    motions: dict[str, Path] = {}
+    for number, name in enumerate(names, 1):
+        plain = composed(name).replace("/", "_").strip() or str(number)
+        free = plain if f"{stem}-{plain}" not in motions else f"{plain}-{number}"
+        motions[f"{stem}-{free}"] = path.with_name(f"{path.name}#{number}")
+    return motions
+
+
 def bvh_files(folder: Path) -> dict[str, Path]:
     """The BVH files in a folder itself, by name without ``.bvh``, sorted, without hidden ones."""
     files = (each for each in _visible(folder) if each.suffix.lower() == ".bvh" and each.is_file())
@@ -90,11 +138,6 @@ def existing(path: Path) -> Path:
         return path
     nearest = next((each for each in path.parents if each.is_dir()), Path())
     raise BenchError(f"there is no folder or file {path}; {nearest} exists and holds {contents(nearest)}")
-
-
-def some(names: Sequence[str], most: int = 6) -> str:
-    """A list for messages: the first few names, and how many more."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def _visible(folder: Path) -> list[Path]:
@@ -134,7 +177,7 @@ def inspect(path: Path, rate: float | None = None) -> CatalogueEntry:
 
 def _of_other_format(path: Path, rate: float | None) -> CatalogueEntry:
     try:
-        return CatalogueEntry(*listing.facts(path, rate))
+        return CatalogueEntry(*facts(path, rate))
     except BenchError as error:
         return CatalogueEntry("", "", 0, 0.0, _problem(error))
     except OSError as error:
@@ -146,10 +189,55 @@ def _problem(error: BenchError) -> str:
     return f"line {error.line}: {problem}" if isinstance(error, FileError) and error.line else problem
 
 
+def hierarchy_of(path: Path) -> Hierarchy:
+    """The joints of a file: names, parents and offsets. Raises FileError."""
+    if format_of(path) is BVH:
+        return bvh.parse_header(path).hierarchy
+    recording = read(path)
+    skeleton = recording.skeleton
+    channels: tuple[tuple[str, ...], ...] = ((),) * len(skeleton)
+    return Hierarchy(skeleton.names, skeleton.parents, _bones(recording), channels, skeleton.end_sites)
+
+
+def _bones(recording: Recording) -> np.ndarray:
+    """``(joints, 3)`` what tells bodies apart: offsets; of joint positions lengths alone, since each clip
+    shows how bones lie to each other a little differently."""
+    skeleton = recording.skeleton
+    if recording.positions is None:
+        return skeleton.offsets
+    return skeleton.bone_lengths[:, None] * np.array([1.0, 0.0, 0.0])
+
+
+def facts(path: Path, rate: float | None = None) -> tuple[str, str, int, float]:
+    """Of a file that is no BVH: hashes of its bytes and motion, and of its skeleton; frames; their rate.
+
+    rate: that of a file that states none, or one that is none.
+    Raises FileError, or NotSupported where the take in the path is not there.
+    """
+    own, take = split_take(path)
+    recording = read(path, Reading(rate=rate))
+    content = hashlib.sha256(own.read_bytes() + repr(take).encode())
+    values = recording.rotations if recording.positions is None else recording.positions
+    for array in (values, recording.root, recording.skeleton.offsets):
+        content.update(np.ascontiguousarray(array).tobytes())  # of the files that it refers to
+    skeleton = recording.skeleton
+    bones = np.round(_bones(recording)[1:] / max(reach(skeleton), 1e-9), _DIGITS) + 0.0
+    text = repr((skeleton.names, skeleton.parents.tolist(), bones.tolist()))
+    hierarchy = hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
+    return content.hexdigest(), hierarchy, len(recording.root), recording.fps
+
+
 def fingerprint(entries: Mapping[str, CatalogueEntry]) -> str:
     """A hash of file names and contents: what identifies a data set of these files in keys."""
     lines = (f"{name}\t{entry.content}" for name, entry in sorted(entries.items()))
     return "sha256:" + digest("\n".join(lines), 32)
+
+
+def by_name(
+    files: Mapping[str, Mapping[str, Path]], entries: Mapping[Path, CatalogueEntry]
+) -> dict[str, CatalogueEntry]:
+    """``body/clip`` -> entry. files: body -> clip -> file."""
+    return {f"{body}/{clip}": entries[path] for body, own in files.items() for clip, path in own.items()}
 
 
 def _seems_complete(header: bytes, body: bytes, frames: int) -> bool:
