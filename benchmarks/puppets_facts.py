@@ -21,9 +21,9 @@ import numpy as np
 from retarget_bench.api import SPLITS, Case, CaseInfo, Context
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.conventions import FPS
-from retarget_bench.datasets.puppets.corpus.clips import SIZES, clips
-from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, families, only_tested
+from retarget_bench.datasets.puppets.generator.conventions import FPS
+from retarget_bench.datasets.puppets.generator.corpus.clips import SIZES, clips
+from retarget_bench.datasets.puppets.generator.corpus.families import HELD_OUT_KINDS, families, only_tested
 from retarget_bench.methods.copy_rotations import plugin as CopyRotations
 from retarget_bench.metrics.contact import plugin as Contact
 from retarget_bench.metrics.contact_speed import plugin as ContactSpeed

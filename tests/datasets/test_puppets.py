@@ -10,9 +10,9 @@ from puppet_takes import touch_gap
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.bodies.characters import BODIES
-from retarget_bench.datasets.puppets.corpus.clips import clips
-from retarget_bench.datasets.puppets.randomness import Stream
+from retarget_bench.datasets.puppets.generator.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.generator.corpus.clips import clips
+from retarget_bench.datasets.puppets.generator.randomness import Stream
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.contact import CONTACT_ROLES
 from retarget_bench.motion.rotation import to_matrix

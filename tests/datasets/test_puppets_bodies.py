@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets.bodies import rigs, structures
-from retarget_bench.datasets.puppets.bodies.characters import BODIES
-from retarget_bench.datasets.puppets.bodies.proportions import (
+from retarget_bench.datasets.puppets.generator.bodies import rigs, structures
+from retarget_bench.datasets.puppets.generator.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.generator.bodies.proportions import (
     ADULT,
     STATURE,
     Proportions,
@@ -19,8 +19,14 @@ from retarget_bench.datasets.puppets.bodies.proportions import (
     drawn,
     human,
 )
-from retarget_bench.datasets.puppets.bodies.structures import BODY22, H36M17, STRUCTURES, Body, Structure
-from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
+from retarget_bench.datasets.puppets.generator.bodies.structures import (
+    BODY22,
+    H36M17,
+    STRUCTURES,
+    Body,
+    Structure,
+)
+from retarget_bench.datasets.puppets.generator.solver.limbs import centre_of_mass
 from retarget_bench.motion.role_finding import find
 from retarget_bench.motion.roles import ESSENTIAL, in_order, is_quadruped
 from retarget_bench.motion.structures import S23, S28, reduce

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from retarget_bench.datasets.puppets.contract import VERSION
-from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, families, only_tested
+from retarget_bench.datasets.puppets.generator.corpus.families import HELD_OUT_KINDS, families, only_tested
 
 ROOT = Path(__file__).parents[2]
 PLACE = ROOT / "datasets" / "puppets" / "README.md"

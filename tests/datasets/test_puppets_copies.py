@@ -9,8 +9,8 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets.corpus.clips import Clip, clips, training_clips
-from retarget_bench.datasets.puppets.corpus.families import bodies_of, families
+from retarget_bench.datasets.puppets.generator.corpus.clips import Clip, clips, training_clips
+from retarget_bench.datasets.puppets.generator.corpus.families import bodies_of, families
 
 pytestmark = pytest.mark.slow
 

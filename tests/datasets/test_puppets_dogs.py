@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from puppet_takes import Take, played
 
-from retarget_bench.datasets.puppets.bodies import rigs
-from retarget_bench.datasets.puppets.bodies.characters import DOGS
-from retarget_bench.datasets.puppets.bodies.dogs import DOG21, PAWS
-from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS
-from retarget_bench.datasets.puppets.performances.dogs import KINDS
-from retarget_bench.datasets.puppets.performances.dogs.sequencing import BRIDGE, PARTS, sequence
-from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver.dogs import SECOND
-from retarget_bench.datasets.puppets.solver.paws import sizes_of
-from retarget_bench.datasets.puppets.solver.solve import solve
+from retarget_bench.datasets.puppets.generator.bodies import rigs
+from retarget_bench.datasets.puppets.generator.bodies.characters import DOGS
+from retarget_bench.datasets.puppets.generator.bodies.dogs import DOG21, PAWS
+from retarget_bench.datasets.puppets.generator.corpus.families import HELD_OUT_KINDS
+from retarget_bench.datasets.puppets.generator.performances.dogs import KINDS
+from retarget_bench.datasets.puppets.generator.performances.dogs.sequencing import BRIDGE, PARTS, sequence
+from retarget_bench.datasets.puppets.generator.randomness import Stream
+from retarget_bench.datasets.puppets.generator.solver.dogs import SECOND
+from retarget_bench.datasets.puppets.generator.solver.paws import sizes_of
+from retarget_bench.datasets.puppets.generator.solver.solve import solve
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.role_finding import find

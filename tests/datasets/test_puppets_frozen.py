@@ -19,9 +19,9 @@ from retarget_bench.datasets import puppets
 from retarget_bench.datasets.puppets import archives, frozen
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.contract import Part
-from retarget_bench.datasets.puppets.corpus import freezing
-from retarget_bench.datasets.puppets.corpus.generated import Generated
 from retarget_bench.datasets.puppets.frozen import FOLDER, Frozen
+from retarget_bench.datasets.puppets.generator.corpus import freezing
+from retarget_bench.datasets.puppets.generator.corpus.generated import Generated
 from retarget_bench.errors import FileError
 from retarget_bench.motion import bvh
 from retarget_bench.motion.motion import Motion

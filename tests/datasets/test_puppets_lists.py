@@ -9,8 +9,8 @@ import pytest
 
 from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.corpus.clips import clips, shortfalls, unable
-from retarget_bench.datasets.puppets.corpus.families import (
+from retarget_bench.datasets.puppets.generator.corpus.clips import clips, shortfalls, unable
+from retarget_bench.datasets.puppets.generator.corpus.families import (
     HELD_OUT_KINDS,
     HELD_OUT_STRUCTURES,
     VALIDATION_BODIES,
@@ -18,7 +18,7 @@ from retarget_bench.datasets.puppets.corpus.families import (
     families,
     kinds_of,
 )
-from retarget_bench.datasets.puppets.solver.reach import TOUCHES, out_of_reach
+from retarget_bench.datasets.puppets.generator.solver.reach import TOUCHES, out_of_reach
 
 ALL = tuple(name for family in families() for name in family.bodies)
 

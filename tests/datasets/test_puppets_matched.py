@@ -9,15 +9,20 @@ import numpy as np
 import pytest
 
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.bodies.characters import DOGS
-from retarget_bench.datasets.puppets.bodies.dogs import PAWS
-from retarget_bench.datasets.puppets.corpus.clips import shortfalls
-from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, bodies_of, families
-from retarget_bench.datasets.puppets.corpus.matched import LOCOMOTION, Match, Performance, locomotion_labels
-from retarget_bench.datasets.puppets.performances.dogs.following import PARTNERS, follow
-from retarget_bench.datasets.puppets.performances.people import KINDS as PEOPLE
-from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver.solve import solve
+from retarget_bench.datasets.puppets.generator.bodies.characters import DOGS
+from retarget_bench.datasets.puppets.generator.bodies.dogs import PAWS
+from retarget_bench.datasets.puppets.generator.corpus.clips import shortfalls
+from retarget_bench.datasets.puppets.generator.corpus.families import HELD_OUT_KINDS, bodies_of, families
+from retarget_bench.datasets.puppets.generator.corpus.matched import (
+    LOCOMOTION,
+    Match,
+    Performance,
+    locomotion_labels,
+)
+from retarget_bench.datasets.puppets.generator.performances.dogs.following import PARTNERS, follow
+from retarget_bench.datasets.puppets.generator.performances.people import KINDS as PEOPLE
+from retarget_bench.datasets.puppets.generator.randomness import Stream
+from retarget_bench.datasets.puppets.generator.solver.solve import solve
 from retarget_bench.motion.motion import Motion
 
 pytestmark = pytest.mark.slow

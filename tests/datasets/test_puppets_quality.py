@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from puppet_takes import Take, played
 
-from retarget_bench.datasets.puppets.bodies import rigs
-from retarget_bench.datasets.puppets.bodies.characters import BODIES
-from retarget_bench.datasets.puppets.conventions import SIDES, sign
-from retarget_bench.datasets.puppets.performances.people import KINDS
-from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
-from retarget_bench.datasets.puppets.solver.reach import out_of_reach
-from retarget_bench.datasets.puppets.solver.solve import solve
-from retarget_bench.datasets.puppets.solver.touch_points import touch_point, touching
+from retarget_bench.datasets.puppets.generator.bodies import rigs
+from retarget_bench.datasets.puppets.generator.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.generator.conventions import SIDES, sign
+from retarget_bench.datasets.puppets.generator.performances.people import KINDS
+from retarget_bench.datasets.puppets.generator.randomness import Stream
+from retarget_bench.datasets.puppets.generator.solver.limbs import centre_of_mass
+from retarget_bench.datasets.puppets.generator.solver.reach import out_of_reach
+from retarget_bench.datasets.puppets.generator.solver.solve import solve
+from retarget_bench.datasets.puppets.generator.solver.touch_points import touch_point, touching
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import CONTACT_ROLES

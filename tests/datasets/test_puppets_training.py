@@ -13,10 +13,10 @@ from puppet_takes import restlessness, touch_gap
 from retarget_bench.api import TrainingPair
 from retarget_bench.commands.train import command
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.bodies import rigs
-from retarget_bench.datasets.puppets.conventions import FPS
-from retarget_bench.datasets.puppets.corpus.clips import Clip
-from retarget_bench.datasets.puppets.corpus.families import (
+from retarget_bench.datasets.puppets.generator.bodies import rigs
+from retarget_bench.datasets.puppets.generator.conventions import FPS
+from retarget_bench.datasets.puppets.generator.corpus.clips import Clip
+from retarget_bench.datasets.puppets.generator.corpus.families import (
     HELD_OUT_KINDS,
     HELD_OUT_STRUCTURES,
     VALIDATION_BODIES,
@@ -24,8 +24,8 @@ from retarget_bench.datasets.puppets.corpus.families import (
     families,
     only_tested,
 )
-from retarget_bench.datasets.puppets.corpus.pairs import TROUPE
-from retarget_bench.datasets.puppets.corpus.training_bodies import LEAST_UNLIKE, training_bodies
+from retarget_bench.datasets.puppets.generator.corpus.pairs import TROUPE
+from retarget_bench.datasets.puppets.generator.corpus.training_bodies import LEAST_UNLIKE, training_bodies
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.motion import rotation
 from retarget_bench.training.stored_pairs import stored

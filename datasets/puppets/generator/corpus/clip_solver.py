@@ -9,10 +9,10 @@ from retarget_bench.api import Contacts, Touch
 from retarget_bench.errors import Unusable
 from retarget_bench.motion.motion import Motion
 
+from ...contract import SECOND, USUAL, Cast, Clips, Labels, Manner, Surface, Training, in_double
 from ..bodies import rigs
 from ..bodies.structures import Body
 from ..cache import Arrays, cached
-from ..contract import SECOND, USUAL, Cast, Clips, Labels, Manner, Surface, Training, in_double
 from ..conventions import FPS, SIDES
 from ..performances.score import Score
 from ..solver.hands import contact_rests

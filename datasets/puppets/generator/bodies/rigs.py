@@ -15,7 +15,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.measures import measure
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
-from ..contract import Surface
+from ...contract import Surface
 from ..conventions import SIDES, sign
 from ..matrices import about, unit
 from .clothes import clothed

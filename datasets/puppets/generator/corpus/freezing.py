@@ -1,6 +1,6 @@
 """Writes the files of the frozen corpus (``frozen.py``) anew, from what the generator makes.
 
-    python -m retarget_bench.datasets.puppets.corpus.freezing
+    python -m retarget_bench.datasets.puppets.generator.corpus.freezing
 
 It takes a minute; ``tests/datasets/freeze_puppets.py`` does it among all else that is frozen.
 """
@@ -16,12 +16,12 @@ import numpy as np
 
 from retarget_bench.api import SPLITS, Touch
 
-from .. import archives
+from ... import archives
+from ...contract import USUAL, VERSION, Part, Size
+from ...frozen import FOLDER, PREFIX, columns
 from ..bodies.meshes import skin
 from ..bodies.structures import Body
-from ..contract import USUAL, VERSION, Part, Size
 from ..conventions import FPS
-from ..frozen import FOLDER, PREFIX, columns
 from ..solver.reach import ground
 from .cases import clip_action, performers
 from .clip_solver import ClipSolver, hand_rests, self_touches, touches

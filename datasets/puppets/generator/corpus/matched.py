@@ -15,7 +15,7 @@ from typing import Literal, overload
 
 import numpy as np
 
-from ..contract import Clips, Training
+from ...contract import Clips, Training
 from ..conventions import FPS
 from ..performances.dogs.following import PARTNERS, follow, speeds
 from ..performances.score import Score

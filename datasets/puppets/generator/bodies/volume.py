@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..cones import Cones
+from ...cones import Cones
 from ..conventions import SIDES, sign
 from ..curves import soft_min
 from .structures import Body

@@ -10,8 +10,8 @@ from retarget_bench.api import Case, CaseInfo
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
+from ...contract import SECOND, USUAL, VERSION, Labels, Manner, Part, Size, Surface, Training, absent
 from ..bodies import clothes
-from ..contract import SECOND, USUAL, VERSION, Labels, Manner, Part, Size, Surface, Training, absent
 from ..solver.reach import ground
 from . import matched, training_bodies
 from .cases import between_legs, cases, family_by_body, of_structure, performers, real_motions
