@@ -84,7 +84,7 @@ def test_no_two_test_clips_are_near_copies() -> None:
 
 
 def test_no_test_clip_is_nearly_a_training_clip() -> None:
-    """Every fifth training clip; the data card states the distance over all of them."""
+    """Every fifth training clip."""
     shown = list(trained("default"))[::5]
     least, first, second = nearest(alike(product(clips("default", 0), shown)))
     assert least > LEAST, (first, second)

@@ -1,7 +1,8 @@
 """Dogs: the joint set ``dog21`` and how its bones are laid out.
 
 Parts carry the same words as people's: fore legs are arms, fore paws hands. Withers are those of the
-breeds' FCI standards (No. 166 German shepherd 60-65 cm, 158 greyhound 71-76, 12 fox terrier at most 39);
+breeds' FCI standards (No. 166 German shepherd 60-65 cm, 158 greyhound 71-76, 12 fox terrier at most 39),
+the shepherd's by several transcriptions, the greyhound's by clubs' figures, the terrier's from memory;
 dachshund, mastiff and the caricature, and the shares of the segments, are ours.
 """
 
