@@ -228,7 +228,6 @@ class Score:
     trunk: Trunk
     feet: Mapping[str, Foot]
     hands: Mapping[str, Hand]
-    parameters: Mapping[str, float | str] = field(default_factory=dict)
     flights: tuple[tuple[int, int], ...] = ()
     impacts: tuple[int, ...] = ()
     stairs: Stairs | None = None

@@ -285,7 +285,6 @@ def paced(stream: Stream, gait: Gait, route: Way, habit: Habit) -> DogScore:
         trunk=Trunk(pelvis, chest, gaze),
         feet={},
         hands=idle_hands(frames),
-        parameters={"speed": float(speed.mean()), "turning": float(route.turning.mean())},
         phase=rate.phase,
         fore=fore + shaken[3] + habit.fore + bowed,
         anchor=still + 0.5,

@@ -3,7 +3,6 @@
 Getting up is sitting down played backwards.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -76,7 +75,6 @@ def _score(
     bend: np.ndarray | float = 0.0,
     spread: np.ndarray | float = 0.0,
     neck: np.ndarray | float = 0.0,
-    parameters: Mapping[str, float | str],
 ) -> DogScore:
     """A dog about one spot, breathing and looking about."""
     t, still = seconds(frames), np.zeros(frames)
@@ -98,7 +96,6 @@ def _score(
         trunk=Trunk(np.zeros((frames, 3)), chest, gaze + np.stack([bend + still, still, still], axis=-1)),
         feet={},
         hands=idle_hands(frames),
-        parameters=parameters,
         fore=shoulders + breath,
         anchor=anchor + still,
         neck=carried + neck,
@@ -131,10 +128,7 @@ def stood(stream: Stream, heading: np.ndarray) -> DogScore:
     turned = stream.sign() * stream.uniform(0.2, 0.6)
     t = np.arange(frames, dtype=float)
     bend = turned * 0.5 * plateau(t, 0.15 * frames, 0.4 * frames, 0.6 * frames, 0.9 * frames)
-    parameters = {"look": turned}
-    return _score(
-        stream, frames, "dog_stand", habit, paws, heading=heading, bend=0.5 * bend, parameters=parameters
-    )
+    return _score(stream, frames, "dog_stand", habit, paws, heading=heading, bend=0.5 * bend)
 
 
 def turn(stream: Stream, frames: int) -> DogScore:
@@ -166,7 +160,6 @@ def turned(stream: Stream, heading: np.ndarray, over: tuple[int, int]) -> DogSco
         shoulders=0.96,
         bend=0.45 * np.tanh(0.3 / 0.45 * np.gradient(heading) * FPS),
         neck=0.1,
-        parameters={"angle": float(heading[-1] - heading[0]), "speed": 0.0},
     )
 
 
@@ -228,7 +221,6 @@ def settling(stream: Stream, frames: int, kind: str) -> DogScore:
         arch=(0.15 if down else 0.25) * level,
         spread=0.35 * level,
         neck=-0.15 * level,
-        parameters={"pace": pace},
     )
 
 
@@ -236,7 +228,6 @@ def sit_or_lie(stream: Stream, frames: int, kind: str) -> DogScore:
     """From standing to sitting, or to lying on the belly with the fore legs ahead; one of three gets up."""
     score = settling(stream, frames, kind)
     way = stream.choice(("down", "down", "up"))
-    score = replace(score, parameters={**score.parameters, "way": way})
     return backwards(score) if way == "up" else score
 
 
@@ -273,7 +264,6 @@ def shake_paw(stream: Stream, frames: int) -> DogScore:
         arch=0.25,
         spread=0.35,
         neck=-0.2,
-        parameters={"paw": side, "shakes": rate},
     )
     score.sway[:, 0] -= sign(side) * 0.05 * weight
     return score

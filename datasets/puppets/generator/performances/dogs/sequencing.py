@@ -39,9 +39,7 @@ def sequence(stream: Stream, frames: int, kinds: Sequence[str] = ()) -> DogScore
         part = PARTS[kind][0](stream.part(number, kind), ends[number + 1] - ends[number])
         score = part if score is None else joined(score, part)
     assert score is not None
-    return replace(
-        score, kind="dog_sequence", parameters={"kinds": "+".join(order)}, acts=score.stretches()
-    )
+    return replace(score, kind="dog_sequence", acts=score.stretches())
 
 
 def _drawn_order(stream: Stream, frames: int) -> list[str]:

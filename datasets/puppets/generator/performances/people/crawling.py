@@ -122,7 +122,6 @@ def crawl(stream: Stream, frames: int) -> Score:
         trunk=person.trunk((0.05 * size * tip, low, 0.015 * size * tip), chest, gaze.T, follow=0.1),
         feet={side: _foot(side, way, frames, style) for side in SIDES},
         hands={side: _hand(person, side, way) for side in SIDES},
-        parameters={"stride": way.long, "pace": float(way.pace), "bend": way.bend},
         phase=0.5 * travelled % 1.0,
         sit_back=still + stream.uniform(0.0, 0.16),
         prone=still + 1.0,

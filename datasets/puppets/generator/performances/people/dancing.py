@@ -143,7 +143,6 @@ def _together(side: str) -> Shape:
 def dance_steps(stream: Stream, frames: int) -> Score:
     """Bars of side steps, steps ahead and back, turns and sways, each with a figure of the arms."""
     scene, floor, bars = _begun(stream, frames, (15, 18))
-    steps, figures = [], []
     side, before = stream.choice(SIDES), ""
     for bar in range(bars):
         name = stream.choice(("vine", "march", "turn", "sway"))
@@ -159,11 +158,8 @@ def dance_steps(stream: Stream, frames: int) -> Score:
         before = name
         quick = ("hips", "belly")
         slow = ("swing", "raise", "clap", "diagonal", "shoulders", *quick)
-        figure = stream.choice(quick if floor.beat < _QUICKEST else slow)
-        _figure(floor, number, figure, side)
-        steps.append(name)
-        figures.append(figure)
-    return _ended(scene, floor, bars, "dance_steps", steps="+".join(steps), figures="+".join(figures))
+        _figure(floor, number, stream.choice(quick if floor.beat < _QUICKEST else slow), side)
+    return _ended(scene, floor, bars, "dance_steps")
 
 
 def dance_line(stream: Stream, frames: int) -> Score:
@@ -178,7 +174,7 @@ def dance_line(stream: Stream, frames: int) -> Score:
             phrase = 3
         _line_bar(floor, number, ("ahead", "shoulders", third, "hips")[phrase], first)
         _steps(floor, number, "turn" if phrase == 3 and floor.beat >= _QUICKEST else "sway", first)
-    return _ended(scene, floor, bars, "dance_line", third=third, first=first)
+    return _ended(scene, floor, bars, "dance_line")
 
 
 _LINE = {
@@ -220,7 +216,7 @@ def _begun(stream: Stream, frames: int, beats: tuple[int, int]) -> tuple[Scene, 
     return scene, floor, max((frames - 20) // (4 * beat), 1)
 
 
-def _ended(scene: Scene, floor: _Floor, bars: int, kind: str, **parameters: str) -> Score:
+def _ended(scene: Scene, floor: _Floor, bars: int, kind: str) -> Score:
     """Arms come to rest; knees and chest go with every beat."""
     end = floor.at(4 * bars)
     for side in SIDES:
@@ -233,4 +229,4 @@ def _ended(scene: Scene, floor: _Floor, bars: int, kind: str, **parameters: str)
     aside = dancing * np.sin(beats)
     scene.bend(bounce * aside, pelvis=(0.05, 0.0, 0.0), chest=(-0.09, 0.0, 0.03), gaze=(0.0, 0.0, -0.05))
     scene.lean(bounce * dancing * np.cos(2.0 * beats), chest=0.03, gaze=0.04)
-    return scene.score(kind, beat=floor.beat, bars=bars, **parameters)
+    return scene.score(kind)

@@ -91,7 +91,7 @@ def clap(stream: Stream, frames: int) -> Score:
     for at in met:
         nod += scene.held(at - 0.4 * beat, at, at, at + 0.55 * beat)
     scene.lean(nod, chest=0.02, gaze=0.035)
-    return scene.score("clap", claps=count, beat=beat)
+    return scene.score("clap")
 
 
 def hands_on_hips(stream: Stream, frames: int) -> Score:
@@ -126,7 +126,7 @@ def arms_crossed(stream: Stream, frames: int) -> Score:
     on_top = arms.on("upper_arm", above)
     scene.hold(above, on_top, first + 4.0, last - 4.0, up, (0.05, 0.05, 0.22), (0.05, 0.0, 0.20))
     scene.lean(scene.held(first, first + up, last - up, last), -0.03, -0.02, 0.03)
-    return scene.score("arms_crossed", above=above)
+    return scene.score("arms_crossed")
 
 
 def touch_head(stream: Stream, frames: int) -> Score:
@@ -180,7 +180,7 @@ def salute(stream: Stream, frames: int) -> Score:
         scene.touch(side, arms.on("brow", side), start, end, up)
         straight = scene.held(start - 4.0, start + up, end - up, end)
         scene.lean(straight, -0.02, -0.07, -0.04)
-    return scene.score("salute", side=side)
+    return scene.score("salute")
 
 
 def bow(stream: Stream, frames: int) -> Score:
@@ -200,7 +200,7 @@ def bow(stream: Stream, frames: int) -> Score:
         else:
             for each in SIDES:
                 scene.hold(each, Shape((0.06, -0.92, 0.20), (0.1, 0.0, 0.0), 0.0, 0.85), start, end, down)
-    return scene.score("bow", courtly=float(courtly))
+    return scene.score("bow")
 
 
 _SHAPES = {
@@ -249,13 +249,7 @@ def wave(stream: Stream, frames: int) -> Score:
         else:
             both[side] = _resting(person, side, on_hip)
     height = 0.990 - soft - 0.012 * np.abs(feet.tip) + 0.004 * np.abs(swing)
-    parameters: dict[str, float | str] = {
-        "hands": "+".join(hands),
-        "shape": shape,
-        "rate": rate,
-        "rest": rests,
-    }
-    return feet.score("wave", height, trunk, both, parameters)
+    return feet.score("wave", height, trunk, both)
 
 
 def _feet(stream: Stream, style: Style, heading: float, frames: int) -> Stance:

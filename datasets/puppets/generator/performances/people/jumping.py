@@ -129,7 +129,6 @@ def jump(stream: Stream, frames: int, mode: str = "", kind: str = "jump") -> Sco
         trunk=person.trunk((0.0, pelvis, 0.0), (0.0, chest, 0.0), (0.0, gaze, 0.0)),
         feet=feet,
         hands={side: _arm(person, jumps, side, t) for side in SIDES},
-        parameters={"jumps": float(len(jumps)), "tuck": tuck, "far": jumps[0].far},
         flights=tuple((each.off, each.strike) for each in jumps if each.off < frames - 1),
         impacts=tuple(frame for each in jumps for frame in (each.off, each.strike) if frame < frames),
     )
@@ -272,7 +271,6 @@ def hop(stream: Stream, frames: int) -> Score:
         ),
         feet={side: foot, SIDES[side == "left"]: other},
         hands={each: _hopping_arm(person, contacts, t, aloft) for each in SIDES},
-        parameters={"side": side, "hops": float(len(gaps)), "step": step},
         flights=tuple(gaps),
         impacts=tuple(frame for contact in contacts for frame in contact if 0 < frame < frames),
     )

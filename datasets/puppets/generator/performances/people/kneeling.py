@@ -27,7 +27,7 @@ def lunge(stream: Stream, frames: int) -> Score:
         start, end = round(4.0 + share * number), round(share * (number + 1.0))
         _one_lunge(scene, front, start, end, long, deep, style)
         front = other(front)
-    score = _carried(scene.score("lunge", arms=style, deep=deep, long=long), scene, 0.48 * long)
+    score = _carried(scene.score("lunge"), scene, 0.48 * long)
     return cut(score, stream.choice((0, length - frames)), frames)
 
 
@@ -106,7 +106,7 @@ def kneel(stream: Stream, frames: int, rises: bool = False) -> Score:
     if second:
         back = scene.held(times.both, times.both + 26.0, times.forth - 30.0, times.forth - 2.0)
     _upper(scene, times, fore, one, back, second)
-    score = scene.score(kind, knees="both" if second else hind, long=long)
+    score = scene.score(kind)
     scene.ahead = scene.held(times.step + 2.0, times.step + 28.0, times.close - 10.0, times.close + 18.0)
     # the hind foot bears the weight while the other is on its way
     feet = scene.feet

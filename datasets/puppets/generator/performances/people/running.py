@@ -134,7 +134,7 @@ def run(stream: Stream, frames: int, kind: str = "run") -> Score:
         behind=0.4,
         still=stream.choice(((0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.6, 0.0), (0.0, 0.6))),
     )
-    score = striding(stream, kind, gait, with_air(feet, swing), carriage, speed=speed)
+    score = striding(stream, kind, gait, with_air(feet, swing), carriage)
     contacts = sorted((each.strike, each.off) for foot in feet.values() for each in foot.contacts)
     # from the last frame borne to the first one borne again, as far as the clip shows them
     gaps = [(before[1], after[0]) for before, after in pairwise(contacts) if after[0] > before[1]]

@@ -37,7 +37,6 @@ class Stance:
         height: np.ndarray,
         trunk: Trunk,
         hands: Mapping[str, Hand],
-        parameters: Mapping[str, float | str],
     ) -> Score:
         """A performance on these feet, in balance."""
         nowhere = np.zeros((len(height), 2))
@@ -52,7 +51,6 @@ class Stance:
             trunk=trunk,
             feet=self.feet,
             hands=hands,
-            parameters=parameters,
         )
 
     def moved(self, side: str, foot: Foot) -> Stance:
@@ -277,7 +275,7 @@ class Scene(Performer):
             self.feet = lift_heel(self.feet, side, start, start + length, stream.uniform(0.2, 0.45))
 
     # ------------------------------------------------------------------------------------- telling all
-    def score(self, kind: str, **parameters: float | str) -> Score:
+    def score(self, kind: str) -> Score:
         """The performance. The hip drops over the idle leg, the chest evens that out, as anyone's does."""
         feet = self.feet
         self.bend(feet.tip, pelvis=(0.05, 0.0, -0.07), chest=(-0.03, 0.0, 0.09))
@@ -290,7 +288,7 @@ class Scene(Performer):
         }
         height = 0.990 - soft - 0.012 * np.abs(feet.tip) - self.low
         trunk = self.trunk(self.pelvis.T, self.chest.T, self.gaze.T, follow=0.1)
-        return feet.score(kind, height, trunk, hands, parameters)
+        return feet.score(kind, height, trunk, hands)
 
 
 def slots(

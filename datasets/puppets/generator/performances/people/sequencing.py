@@ -107,9 +107,7 @@ def strung(
         before, part = chosen
         sequence = part if sequence is None else joined(sequence, part, stream.choice(SIDES))
     assert sequence is not None
-    acts = sequence.stretches()
-    names = [act.kind for act in acts if act.kind != TRANSITION]
-    return replace(sequence, kind="sequence", parameters={"kinds": "+".join(names)}, acts=acts)
+    return replace(sequence, kind="sequence", acts=sequence.stretches())
 
 
 def _drawn_order(stream: Stream, names: list[str], count: int) -> list[str]:

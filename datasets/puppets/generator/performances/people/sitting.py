@@ -87,7 +87,7 @@ def sit(stream: Stream, frames: int, kind: str = "sit") -> Score:
         _hands_on_a_seat(scene, seat)
     else:
         _hands_on_the_floor(scene, seat)
-    score = scene.score(kind, on=on, arms=seat.hands, legs=seat.legs)
+    score = scene.score(kind)
     back = -rows(length, np.sin(scene.feet.heading), np.cos(scene.feet.heading))
     path = seat.far * behind[:, None] * back
     score = replace(score, path=path, balance=1.0 - smooth((lowered - 0.35) / 0.6))

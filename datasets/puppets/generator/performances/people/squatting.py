@@ -56,8 +56,7 @@ def squat(stream: Stream, frames: int) -> Score:
         gaze=(0.0, 0.22 * lean * down, 0.0),
     )
     hands = {side: _hand(person, arms, times, down, side) for side in SIDES}
-    parameters: dict[str, float | str] = {"arms": arms, "deep": deep, "lean": lean, "toes": toes}
-    return feet.score("squat", 0.994 - (0.994 - deep) * down + 0.3 * heel, trunk, hands, parameters)
+    return feet.score("squat", 0.994 - (0.994 - deep) * down + 0.3 * heel, trunk, hands)
 
 
 def _hand(person: Performer, arms: str, times: Times, down: np.ndarray, side: str) -> Hand:
@@ -116,7 +115,7 @@ def touch_floor(stream: Stream, frames: int) -> Score:
             reaching = Shape((0.0, -0.75, 0.52), swivel=0.15, upright=1.0)
             scene.arm(side, start + 0.1 * down, start + 0.8 * down, reaching)
             scene.arm(side, end - 0.8 * down, end)
-    return cut(scene.score("touch_floor", how=how, hands=len(hands)), 0, frames)
+    return cut(scene.score("touch_floor"), 0, frames)
 
 
 _DOWN, _GRIP, _UP = 44, 6, 46
@@ -161,7 +160,7 @@ def lift(stream: Stream, frames: int) -> Score:
     held = holding * ramp(scene.k, grip, grip + _UP)
     scene.lean(held * (1.0 - bent), -0.05, -0.08)
     hands = _both_hands(scene, (half, *carried), holding, tuple(contacts))
-    score = replace(scene.score("lift", how=how, width=2.0 * half, level=level), hands=hands)
+    score = replace(scene.score("lift"), hands=hands)
     return cut(score, 0 if back else stream.choice((0, length - frames)), frames)
 
 

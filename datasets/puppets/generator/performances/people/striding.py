@@ -269,7 +269,6 @@ def striding(
     gait: Gait,
     feet: Mapping[str, Foot],
     carriage: Carriage,
-    **parameters: float | str,
 ) -> Score:
     """The whole performance over given feet."""
     person, style, phase, course = (
@@ -309,13 +308,6 @@ def striding(
         trunk=_trunk(person, gait, carriage, active, heading, into),
         feet=feet,
         hands={side: _arm(person, gait, carriage, side, active) for side in SIDES},
-        parameters={
-            "mode": gait.mode,
-            "step": gait.step,
-            "stride": gait.stride,
-            "turned": gait.turned,
-            **parameters,
-        },
         phase=phase / (2.0 * np.pi),
     )
 

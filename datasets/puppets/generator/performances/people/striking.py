@@ -28,7 +28,7 @@ def kick(stream: Stream, frames: int, kind: str) -> Score:
         off = round(start + 0.17 * room)
         down = round(off + min(0.66 * room, 46.0))
         _kick(scene, kind, side, off, down, stream.uniform(0.0, 1.0))
-    return scene.score(kind, first=first)
+    return scene.score(kind)
 
 
 def _kick(scene: Scene, kind: str, side: str, off: int, down: int, high: float) -> None:
@@ -81,16 +81,14 @@ def punch(stream: Stream, frames: int) -> Score:
     scene.bend(ready, (-0.22 * out, 0.05, 0.0), (-0.10 * out, 0.12, 0.0), (0.0, 0.06, 0.0))
     for side in SIDES:
         scene.arm(side, 4.0, 4.0 + up, _GUARD, (0.0, 0.0, 0.06))
-    at, blows, side = 22.0, list[str](), front
-    while at + 25.0 < frames - 18.0 or not blows:
-        blow = stream.choice(("straight", "straight", "hook", "uppercut"))
-        _blow(scene, side, blow, at, ready)
-        blows.append(f"{side[0]} {blow}")
+    at, side = 22.0, front
+    while at == 22.0 or at + 25.0 < frames - 18.0:
+        _blow(scene, side, stream.choice(("straight", "straight", "hook", "uppercut")), at, ready)
         at += stream.uniform(17.0, 25.0)
         side = other(side) if stream.uniform(0.0, 1.0) < 0.8 else side
     for side in SIDES:
         scene.arm(side, frames - 24.0, frames - 5.0)
-    return scene.score("punch", blows=", ".join(blows))
+    return scene.score("punch")
 
 
 _BLOWS: dict[str, tuple[Triple, float, float, Triple, Triple, Triple]] = {
@@ -148,7 +146,7 @@ def throw(stream: Stream, frames: int) -> Score:
         scene.arm(lead, gathered, cocked - 1.0, Shape((0.10, 0.05, 0.85), (-0.1, 0.0, 0.0), 0.3, 0.7))
         scene.arm(lead, cocked + 1.0, let_go + 1.0, Shape((0.30, -0.45, 0.10), swivel=0.1))
         scene.arm(lead, calm - 4.0, end)
-    return scene.score("throw", side=side)
+    return scene.score("throw")
 
 
 def catch(stream: Stream, frames: int) -> Score:
@@ -220,7 +218,7 @@ def shove(stream: Stream, frames: int, kind: str) -> Score:
         scene.step(moving, frames - 28, -step, -0.1, lasting=22)
     scene.lean(lunge, 0.10 * way, 0.10 * way, 0.04)
     scene.lean(there, 0.08 * way, 0.10 * way - 0.02, 0.05)
-    return scene.score(kind, times=count)
+    return scene.score(kind)
 
 
 def _strokes(first: float, share: float, count: int) -> list[tuple[float, float, float, float]]:

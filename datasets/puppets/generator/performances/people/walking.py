@@ -116,7 +116,7 @@ def sneak(stream: Stream, frames: int, mode: str = "steady") -> Score:
         bend=stream.uniform(0.7, 1.25),
     )
     feet = with_air(stepping(drawn, _TREADS["sneak"]), swing)
-    score = striding(stream, "sneak", drawn, feet, carriage, low=low)
+    score = striding(stream, "sneak", drawn, feet, carriage)
     # one hand is held before and above the other
     size, hands = stream.sign() * stream.uniform(0.04, 0.14), {}
     for side, hand in score.hands.items():
@@ -152,7 +152,7 @@ def march(stream: Stream, frames: int) -> Score:
         bend=stream.choice((-0.1, 0.2, 0.7)),
         hinge=0.1,
     )
-    score = striding(stream, "march", drawn, feet, carriage, thigh=thigh)
+    score = striding(stream, "march", drawn, feet, carriage)
     strikes = sorted(contact.strike for foot in feet.values() for contact in foot.contacts)
     return replace(score, impacts=tuple(strike for strike in strikes if 0 <= strike < frames))
 
@@ -174,7 +174,7 @@ def limp(stream: Stream, frames: int, mode: str = "steady") -> Score:
         turn=0.07,
     )
     feet = stepping(drawn, Tread(under=0.31), stiff)
-    score = striding(stream, "limp", drawn, feet, carriage, lame=lame, limp=size)
+    score = striding(stream, "limp", drawn, feet, carriage)
     # the trunk is thrown over the lame foot while that one is down, and the hip sinks
     over = np.exp(2.5 * (np.cos(drawn.phase - (0.0 if lame == "left" else np.pi) - 0.45 * np.pi) - 1.0))
     dip, chest = size / 0.06, score.trunk.chest.copy()
@@ -258,7 +258,7 @@ def stairs(stream: Stream, frames: int, kind: str) -> Score:
         ahead=usual.ahead + (0.15 if up > 0 else 0.05),
         turn=0.08,
     )
-    score = striding(stream, kind, drawn, feet, carriage, tread=tread, rise=rise)
+    score = striding(stream, kind, drawn, feet, carriage)
     # the body rises over each step after the foot is on it, or sinks before it gets there
     begin, end = (0.10, 1.05) if up > 0 else (-0.70, 0.30)
     t, half, lifted = np.arange(frames, dtype=float), 0.5 * drawn.stride, np.full(frames, levels[steps[0]])
