@@ -11,6 +11,7 @@ import pytest
 
 from retarget_bench.datasets.puppets.generator.corpus.clips import Clip, clips, training_clips
 from retarget_bench.datasets.puppets.generator.corpus.families import bodies_of, families
+from retarget_bench.datasets.puppets.generator.solver.solve import solve
 
 pytestmark = pytest.mark.slow
 
@@ -26,7 +27,7 @@ def trajectory(clip: Clip) -> np.ndarray:
     """``(samples, 3 * joints)``: the clip by the first body of its family, from the root, turned to face
     one way, in shares of the body's height; so that neither place, heading nor build tells clips apart."""
     body = next(iter(clip.family.bodies.values()))
-    solution = clip.family.solve(clip.score(), body)
+    solution = solve(clip.score(), body)
     places = body.positions(solution.orientations, solution.root)[::EVERY]
     from_root = places - places[:, :1]
     ahead = solution.orientations[::EVERY, 0, :, 2]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from puppet_takes import Take, played
 
+from retarget_bench.datasets.puppets.contract import SECOND
 from retarget_bench.datasets.puppets.generator.bodies import rigs
 from retarget_bench.datasets.puppets.generator.bodies.characters import DOGS
 from retarget_bench.datasets.puppets.generator.bodies.dogs import DOG21, PAWS
@@ -14,7 +15,6 @@ from retarget_bench.datasets.puppets.generator.performances.dogs import KINDS
 from retarget_bench.datasets.puppets.generator.performances.dogs.following import speeds
 from retarget_bench.datasets.puppets.generator.performances.dogs.sequencing import BRIDGE, PARTS, sequence
 from retarget_bench.datasets.puppets.generator.randomness import Stream
-from retarget_bench.datasets.puppets.generator.solver.dogs import SECOND
 from retarget_bench.datasets.puppets.generator.solver.paws import sizes_of
 from retarget_bench.datasets.puppets.generator.solver.solve import solve
 from retarget_bench.motion import rotation

@@ -15,6 +15,7 @@ from retarget_bench.commands.train import command
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.generator.bodies import rigs
 from retarget_bench.datasets.puppets.generator.conventions import FPS
+from retarget_bench.datasets.puppets.generator.corpus import clip_solver
 from retarget_bench.datasets.puppets.generator.corpus.clips import Clip
 from retarget_bench.datasets.puppets.generator.corpus.families import (
     HELD_OUT_KINDS,
@@ -151,8 +152,7 @@ def test_a_clip_that_a_drawn_body_cannot_do_is_unusable(
 ) -> None:
     assert cache
     data = Puppets(bodies=1)
-    clip = next(iter(data.training()["body22"]["body22_0000"].listed))
-    monkeypatch.setitem(clip.family.__dict__, "short_of", lambda *_: {"left hand": 0.1})
+    monkeypatch.setattr(clip_solver, "out_of_reach", lambda *_: {"left hand": 0.1})
     with pytest.raises(Unusable, match="cannot reach"):
         data.training()["body22"]["body22_0000"][0]
 

@@ -9,16 +9,18 @@ from retarget_bench.api import Contacts, Touch
 from retarget_bench.errors import Unusable
 from retarget_bench.motion.motion import Motion
 
-from ...contract import SECOND, USUAL, Cast, Clips, Labels, Manner, Surface, Training, in_double
+from ...contract import USUAL, Cast, Clips, Labels, Manner, Surface, Training, in_double
 from ..bodies import rigs
 from ..bodies.structures import Body
 from ..cache import Arrays, cached
 from ..conventions import FPS, SIDES
 from ..performances.score import Score
 from ..solver.hands import contact_rests
+from ..solver.reach import out_of_reach
+from ..solver.solve import solve
 from ..solver.touch_points import touch_point, touching
 from .clips import Clip, training_clips, unable
-from .families import bodies_of, families, family_of_structure
+from .families import bodies_of, families
 
 
 def labels(score: Score, contacts: Contacts) -> Labels:
@@ -126,10 +128,8 @@ class ClipSolver:
     ) -> dict[str, np.ndarray]:
         """The arrays of a motion, solved anew. measured: with ``short``, metres by which the body misses
         what it has to touch; the published corpus has a list of that."""
-        body, family = self.bodies[name], family_of_structure(self.bodies[name].structure.name)
-        manners = {USUAL: (), SECOND: (family.second,)}
-        score = self.score(clip)
-        solution = family.solve(score, body, *manners[manner])
+        body, score = self.bodies[name], self.score(clip)
+        solution = solve(score, body, manner)
         columns = list(body.structure.contacts)
         arrays = {
             "rotations": rigs.rotations(solution.orientations, body, self.cast[name]).astype(np.float32),
@@ -138,7 +138,7 @@ class ClipSolver:
             "pivoting": solution.pivoting[:, columns],
         }
         if measured:
-            gaps = family.short_of(score, body, solution)
+            gaps = out_of_reach(score, body, solution)
             arrays["short"] = np.array(max(gaps.values(), default=0.0))
         return arrays
 

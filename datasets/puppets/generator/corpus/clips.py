@@ -15,6 +15,8 @@ from pathlib import Path
 from ..conventions import FPS
 from ..performances.score import Score
 from ..randomness import Stream
+from ..solver.reach import out_of_reach
+from ..solver.solve import solve
 from .families import Family, Part, bodies_of, families, family_of, family_of_structure, kinds_of
 
 LONG = 60.0
@@ -181,14 +183,13 @@ def unable(clip: Clip, names: tuple[str, ...]) -> Mapping[str, float]:
 @cache
 def shortfalls(clip: Clip, names: tuple[str, ...]) -> Mapping[str, float]:
     """Shortfalls found by solving the clip for these bodies: body -> metres."""
-    score, family = clip.score(), clip.family
+    score = clip.score()
     if score.stairs is None and not any(hand.touches or hand.contacts for hand in score.hands.values()):
         return {}
     short = {}
     for name in names:
-        body = family.bodies[name]
-        gaps = family.short_of(score, body, family.solve(score, body))
-        if gaps:
+        body = clip.family.bodies[name]
+        if gaps := out_of_reach(score, body, solve(score, body)):
             short[name] = max(gaps.values())
     return short
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -14,10 +14,6 @@ from ..performances.dogs import KINDS as DOG_KINDS
 from ..performances.people import KINDS, STRUNG, sequence
 from ..performances.score import Score
 from ..randomness import Stream
-from ..solver import dogs as dog_solver
-from ..solver.people import Manner
-from ..solver.reach import out_of_reach
-from ..solver.solve import Solution, solve
 
 HELD_OUT_STRUCTURES = ("h36m17",)
 """None of their bodies is trained on; of the other structures, bodies say so themselves."""
@@ -41,25 +37,15 @@ HELD_OUT_KINDS = (
 """Kinds of performance that only the test has; sequences, too, do without them."""
 
 
-SECOND = Manner(knees=0.5, elbows=0.17, lower_back=0.08, collar=0.75, pelvis=0.15, ahead=0.1)
-"""The manner of the second answer: other planes of knees and elbows, other shares of pelvis, spine and
-collar bones in what the trunk does, and balance kept farther forward. As far from the usual manner as goes
-unnoticed: whoever sees only the performance would call it the same."""
-
-
 @dataclass(frozen=True, eq=False)
 class Family:
-    """kinds: kind -> what draws a performance of so many frames. solve: a score on a body, in the usual
-    manner or in ``second``. short_of: what of a score a body cannot reach, and by how many metres."""
+    """kinds: kind -> what draws a performance of so many frames. sequence: the kind that strings several
+    others together, of which the long clips are."""
 
     name: str
     bodies: Mapping[str, Body]
     kinds: Mapping[str, Callable[[Stream, int], Score]]
-    solve: Callable[..., Solution]
-    second: Any
-    short_of: Callable[[Score, Body, Solution], Mapping[str, float]]
-    sequence: str = "sequence"
-    """The kind that strings several others together, of which the long clips are."""
+    sequence: str
 
 
 @cache
@@ -70,8 +56,8 @@ def families() -> tuple[Family, ...]:
         "sequence": partial(sequence, among=_trained_kinds(STRUNG)),
     }
     return (
-        Family("people", BODIES, kinds, solve, SECOND, out_of_reach),
-        Family("dogs", DOGS, DOG_KINDS, solve, dog_solver.SECOND, out_of_reach, sequence="dog_sequence"),
+        Family("people", BODIES, kinds, "sequence"),
+        Family("dogs", DOGS, DOG_KINDS, "dog_sequence"),
     )
 
 

@@ -5,6 +5,7 @@ no higher than the paws allow; the back bends evenly about that line. Blades swi
 all four legs are two bones each whose planes follow rump and chest: stifles bend forward, elbows back.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from retarget_bench.motion import rotation
 
+from ...contract import SECOND, USUAL, Manner
 from ..bodies.dogs import TAIL_DOWN
 from ..bodies.structures import Body
 from ..conventions import SIDES, across, along, sign
@@ -37,7 +39,10 @@ class DogManner:
     blades: float = 0.55
 
 
-SECOND = DogManner(knees=0.20, elbows=0.18, front=0.25, blades=0.38)
+MANNERS: Mapping[Manner, DogManner] = {
+    USUAL: DogManner(),
+    SECOND: DogManner(knees=0.20, elbows=0.18, front=0.25, blades=0.38),
+}
 
 
 class Dog:

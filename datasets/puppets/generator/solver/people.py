@@ -9,11 +9,12 @@ From the last touch of the floor to the next the centre of mass falls as thrown 
 height has the parabola of a flight in it; gravity is the same in leg lengths for every body.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...contract import SECOND, USUAL, Manner
 from ..bodies.structures import Body
 from ..conventions import SIDES, sign
 from ..curves import lower_envelope, smooth, soft_min
@@ -35,7 +36,7 @@ _MOST_CROUCH = 0.34
 
 
 @dataclass(frozen=True)
-class Manner:
+class PersonManner:
     """A body's way to do what the score leaves open. Another manner is another right answer.
 
     knees:  share of a foot's turn against the pelvis that the knee follows.
@@ -54,10 +55,18 @@ class Manner:
     ahead: float = 0.0
 
 
+MANNERS: Mapping[Manner, PersonManner] = {
+    USUAL: PersonManner(),
+    SECOND: PersonManner(knees=0.5, elbows=0.17, lower_back=0.08, collar=0.75, pelvis=0.15, ahead=0.1),
+}
+"""The second answer's is as far from the usual one as goes unnoticed: whoever sees only the performance
+would call it the same."""
+
+
 class Person:
     """The demands of a score on a body, computed once, and corrections that grow from pass to pass."""
 
-    def __init__(self, score: Score, body: Body, manner: Manner) -> None:
+    def __init__(self, score: Score, body: Body, manner: PersonManner) -> None:
         self.body, self.manner, trunk = body, manner, score.trunk
         handed = manner.pelvis * trunk.pelvis
         trunk = replace(trunk, pelvis=trunk.pelvis - handed, chest=trunk.chest + handed)

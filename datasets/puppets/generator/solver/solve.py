@@ -9,10 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...contract import USUAL, Manner
 from ..bodies.structures import Body
 from ..performances.score import DogScore, Score
-from .dogs import Dog, DogManner
-from .people import Manner, Person
+from . import dogs, people
+from .dogs import Dog
+from .people import Person
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,15 +29,13 @@ class Solution:
     pivoting: np.ndarray
 
 
-def solve(score: Score, body: Body, manner: Manner | DogManner | None = None) -> Solution:
-    """The performance of ``score`` by ``body``, in the usual manner or another one of its kind."""
+def solve(score: Score, body: Body, manner: Manner = USUAL) -> Solution:
+    """The performance of ``score`` by ``body``."""
     performer: Person | Dog
     if isinstance(score, DogScore):
-        assert not isinstance(manner, Manner)
-        performer = Dog(score, body, manner or DogManner())
+        performer = Dog(score, body, dogs.MANNERS[manner])
     else:
-        assert not isinstance(manner, DogManner)
-        performer = Person(score, body, manner or Manner())
+        performer = Person(score, body, people.MANNERS[manner])
     pose = performer.pose()
     for _ in range(performer.passes - 1):
         performer.adjust(pose)
