@@ -7,7 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import get_args
 
@@ -244,6 +244,54 @@ def test_a_run_imports_nothing_of_the_generator_and_keeps_nothing(tmp_path: Path
     assert imported_by(tmp_path, "run", *arguments) == READERS
     assert not (tmp_path / "cache" / "puppets").exists()
     assert len([*(tmp_path / "runs").rglob("copy_rotations/*.npz")]) >= 6
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        lambda: Puppets(size="default").content,
+        lambda: Puppets(flesh="clothed").characters(),
+        lambda: Puppets().training_pairs(),
+        lambda: Puppets().matched(),
+    ],
+)
+def test_without_the_generator_a_sentence_says_what_is_missing(
+    monkeypatch: pytest.MonkeyPatch, asked: Callable[[], object]
+) -> None:
+    monkeypatch.setitem(sys.modules, f"{puppets.__name__}.generator", None)
+    for name in [name for name in sys.modules if name.startswith(f"{puppets.__name__}.generator.")]:
+        monkeypatch.delitem(sys.modules, name)
+    everything()
+    with pytest.raises(
+        FileError, match=r"generator: is missing, .*; use these, or install the package again$"
+    ):
+        asked()
+
+
+@pytest.mark.slow
+def test_the_main_job_gives_the_same_rows_without_the_generator(tmp_path: Path) -> None:
+    """All default methods, all cases; the gate of an unpacked wheel does some in every run of the tests."""
+    copy = tmp_path / "copy"
+    for name in ("retarget_bench", "methods", "metrics", "datasets"):
+        ignored = shutil.ignore_patterns("__pycache__", "generator")
+        shutil.copytree(ROOT / name, copy / name, ignore=ignored)
+    assert not (copy / "datasets" / "puppets" / "generator").exists()
+    rows = [rows_of_the_main_job(tree, tmp_path / tree.name) for tree in (ROOT, copy)]
+    assert len(rows[0]) > 90
+    assert rows[0] == rows[1]
+
+
+def rows_of_the_main_job(tree: Path, folder: Path) -> dict[str, bytes]:
+    """Every table of ``bench run`` in a checkout but those of speeds."""
+    command = [sys.executable, "-m", "retarget_bench", "run", "--out", str(folder / "runs")]
+    environment = os.environ | {"PYTHONPATH": str(tree), "RETARGET_BENCH_CACHE": str(folder / "cache")}
+    subprocess.run(command, cwd=tree, env=environment, capture_output=True, check=True)
+    files = sorted((folder / "runs").rglob("*.csv"))
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in files
+        if not path.name.endswith(".timing.csv")
+    }
 
 
 @pytest.mark.slow
