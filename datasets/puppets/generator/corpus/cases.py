@@ -19,9 +19,10 @@ from itertools import product
 from retarget_bench.api import CaseInfo
 from retarget_bench.motion.actions import MOVING, Action, path_speed
 
+from ...frozen import PREFIX
 from ..conventions import FPS
 from .clips import SIZES, Clip, clips, unable
-from .families import VALIDATION_BODIES, Family, Part, bodies_of, families, unlikeness
+from .families import VALIDATION_BODIES, Family, Part, bodies_of, everybody, families, unlikeness
 
 Chosen = tuple[Clip, str, str]
 """Clip, source and target."""
@@ -40,6 +41,12 @@ def cases(size: str, part: Part, seed: int, split: str) -> tuple[Chosen, ...]:
             if turn < number:
                 dealt[clip].append(deal.best(clip, [p for p in offers[clip] if p not in dealt[clip]]))
     return tuple((clip, *pair) for clip in listed for pair in dealt[clip])
+
+
+@cache
+def case_infos(size: str, part: Part, seed: int, split: str) -> tuple[CaseInfo, ...]:
+    """The same, as the data set offers them."""
+    return tuple(_info(*chosen, chosen[0].kind) for chosen in cases(size, part, seed, split))
 
 
 _AGAIN = 30
@@ -76,7 +83,7 @@ class _Deal:
 def _offers(size: str, part: Part, seed: int, split: str) -> Mapping[Clip, tuple[tuple[str, str], ...]]:
     """Clip -> its possible pairs, of clips that have some."""
     troupes = _troupes(size, part, seed)
-    offers = {clip: _pairs(clip.family, names, split) for clip, names in troupes.items()}
+    offers = {clip: _pairs(names, split) for clip, names in troupes.items()}
     if part == "validation":
         offers = {
             clip: tuple(p for p in pairs if not set(p).isdisjoint(VALIDATION_BODIES))
@@ -136,7 +143,7 @@ def _troupe(
         return tuple(names)
     by_structure: dict[str, list[str]] = {}
     for name in names:
-        by_structure.setdefault(_structure(clip.family, name), []).append(name)
+        by_structure.setdefault(_structure(name), []).append(name)
     chosen = []
     for group in by_structure.values():
         share = max(most * len(group) // len(names), 2)
@@ -147,18 +154,18 @@ def _troupe(
 
 
 @cache
-def _pairs(family: Family, troupe: tuple[str, ...], split: str) -> tuple[tuple[str, str], ...]:
-    return tuple((a, b) for a, b in product(troupe, troupe) if split_of(family, a, b) == split)
+def _pairs(troupe: tuple[str, ...], split: str) -> tuple[tuple[str, str], ...]:
+    return tuple((a, b) for a, b in product(troupe, troupe) if _split_of(a, b) == split)
 
 
-def split_of(family: Family, source: str, target: str) -> str:
+def _split_of(source: str, target: str) -> str:
     if source == target:
         return "self"
-    return "intra" if _structure(family, source) == _structure(family, target) else "cross"
+    return "intra" if _structure(source) == _structure(target) else "cross"
 
 
-def _structure(family: Family, name: str) -> str:
-    return family.bodies[name].structure.name
+def _structure(name: str) -> str:
+    return everybody()[name].structure.name
 
 
 @cache
@@ -180,11 +187,6 @@ def performers(size: str, part: Part, seed: int) -> Mapping[Clip, tuple[tuple[st
     }
 
 
-def family_by_body() -> dict[str, Family]:
-    """Body -> its family."""
-    return {name: family for family in families() for name in family.bodies}
-
-
 _NUMBERS = {"tiny": 26, "default": 390, "large": 390}
 """Cases in each direction, at most."""
 _SITTING = ("sit", "get_up", "dog_sit", "dog_lie", "shake_paw")
@@ -200,16 +202,15 @@ def between_legs(size: str, part: Part, seed: int) -> tuple[CaseInfo, ...]:
     return (*_one_way(people, dogs, size, part, seed), *_one_way(dogs, people, size, part, seed))
 
 
-@cache
-def real_motions(size: str, part: Part, seed: int) -> tuple[CaseInfo, ...]:
-    """Every clip by every body that performs it in a case of the corpus, as a self case."""
-    performed = performers(size, part, seed)
-    return tuple(
-        _info(clip, name, name)
-        for clip, (names, _) in performed.items()
+def real_motions(size: str, part: Part, seed: int, structure: str) -> list[CaseInfo]:
+    """Every clip by every body of a structure that performs it in a case of the corpus, as a self case."""
+    return [
+        _info(clip, name, name, clip_action(clip))
+        for clip, (names, _) in performers(size, part, seed).items()
         if clip.kind not in _STAIRS
         for name in names
-    )
+        if _structure(name) == structure
+    ]
 
 
 @cache
@@ -238,7 +239,7 @@ def _one_way(source: Family, target: Family, size: str, part: Part, seed: int) -
             pair = min(free, key=lambda pair: _rank(used, clip, pair))
             used.update([("source", pair[0]), ("target", pair[1])])
             dealt[clip].append(pair)
-    return [_info(clip, *pair) for clip in listed for pair in dealt[clip]]
+    return [_info(clip, *pair, clip_action(clip)) for clip in listed for pair in dealt[clip]]
 
 
 def _place(turn: int, clips: int, number: int) -> int:
@@ -248,29 +249,17 @@ def _place(turn: int, clips: int, number: int) -> int:
 
 def _rank(used: Counter[tuple[str, str]], clip: Clip, pair: tuple[str, str]) -> tuple[int, int]:
     uses = used["source", pair[0]] + used["target", pair[1]]
-    return uses, _legs_hash(clip.name, *pair)
+    return uses, _hash("legs", clip.name, *pair)
 
 
-def _legs_hash(*names: str) -> int:
-    return int.from_bytes(hashlib.sha256("/".join(("legs", *names)).encode()).digest()[:6], "big")
-
-
-def _info(clip: Clip, source: str, target: str) -> CaseInfo:
+def _info(clip: Clip, source: str, target: str, kind: str) -> CaseInfo:
     return CaseInfo(
-        id=f"puppets/{source}>{target}/{clip.name}",
+        id=f"{PREFIX}{source}>{target}/{clip.name}",
         task="retarget",
-        split="self" if source == target else "cross",
+        split=_split_of(source, target),
         source=source,
         target=target,
         clip=clip.name,
-        kind=clip_action(clip),
+        kind=kind,
         frames=clip.frames,
     )
-
-
-def of_structure(infos: Sequence[CaseInfo], structure: str) -> list[CaseInfo]:
-    """The cases whose target is of a structure."""
-    everybody = family_by_body()
-    return [
-        info for info in infos if everybody[info.target].bodies[info.target].structure.name == structure
-    ]

@@ -20,7 +20,7 @@ from ..solver.reach import out_of_reach
 from ..solver.solve import solve
 from ..solver.touch_points import touch_point, touching
 from .clips import Clip, training_clips, unable
-from .families import bodies_of, families
+from .families import bodies_of, everybody, families
 
 
 def labels(score: Score, contacts: Contacts) -> Labels:
@@ -95,8 +95,7 @@ class ClipSolver:
     ) -> None:
         self.identity, self.drawn = identity, drawn or {}
         self.drawn_identity = drawn_identity
-        usual = {name: body for family in families() for name, body in family.bodies.items()}
-        self.bodies: Mapping[str, Body] = {**usual, **self.drawn}
+        self.bodies: Mapping[str, Body] = {**everybody(), **self.drawn}
         self.cast = Cast(self.bodies, lambda name: rigs.character(self.bodies[name], surface))
         self._arrays = lru_cache(maxsize=_HELD)(self._cached)
         # whatever kind of clip it is

@@ -61,6 +61,12 @@ def families() -> tuple[Family, ...]:
     )
 
 
+@cache
+def everybody() -> Mapping[str, Body]:
+    """The bodies of all families by name."""
+    return {name: body for family in families() for name, body in family.bodies.items()}
+
+
 def _trained_kinds(names: Sequence[str]) -> tuple[str, ...]:
     """Kinds that sequences may have, since training has them too."""
     return tuple(name for name in names if name not in HELD_OUT_KINDS)

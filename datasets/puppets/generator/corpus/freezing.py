@@ -26,7 +26,7 @@ from ..solver.reach import ground
 from .cases import clip_action, performers
 from .clip_solver import ClipSolver, hand_rests, self_touches, touches
 from .clips import Clip, clips
-from .families import HELD_OUT_KINDS, families, only_tested
+from .families import HELD_OUT_KINDS, everybody, families, only_tested
 from .generated import Generated
 
 SIZE: Size = "tiny"
@@ -39,7 +39,7 @@ def write(folder: Path = FOLDER) -> None:
     """All files of the corpus; its test part is where most of the motion is."""
     parts = {part: Generated(SIZE, part, SEED) for part in get_args(Part)}
     solver = parts["test"].solver
-    cast = {name: body for family in families() for name, body in family.bodies.items()}
+    cast = everybody()
     trained = [
         (clip, name)
         for characters in parts["test"].training().values()

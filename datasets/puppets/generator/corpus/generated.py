@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo
@@ -14,10 +14,10 @@ from ...contract import SECOND, USUAL, VERSION, Labels, Manner, Part, Size, Surf
 from ..bodies import clothes
 from ..solver.reach import ground
 from . import matched, training_bodies
-from .cases import between_legs, cases, family_by_body, of_structure, performers, real_motions
+from .cases import between_legs, case_infos, performers, real_motions
 from .clip_solver import ClipSolver, hand_rests, labels, self_touches, training
 from .clips import Clip, clips, unable
-from .families import HELD_OUT_KINDS, bodies_of, only_tested, training_manifest
+from .families import HELD_OUT_KINDS, bodies_of, everybody, only_tested, training_manifest
 from .pairs import Pairs
 
 
@@ -43,7 +43,7 @@ class Generated:
 
     @property
     def bodies(self) -> int:
-        return len(family_by_body())
+        return len(everybody())
 
     @property
     def clips(self) -> Mapping[str, str]:
@@ -58,13 +58,13 @@ class Generated:
         return {clip.name: clip for clip in clips(self.size, self.seed, self.part)}
 
     def cases(self, split: str) -> Sequence[CaseInfo]:
-        return _infos(self.size, self.part, self.seed, split)
+        return case_infos(self.size, self.part, self.seed, split)
 
     def between_legs(self) -> Sequence[CaseInfo]:
         return between_legs(self.size, self.part, self.seed)
 
     def real(self, structure: str) -> Sequence[CaseInfo]:
-        return of_structure(real_motions(self.size, self.part, self.seed), structure)
+        return real_motions(self.size, self.part, self.seed, structure)
 
     def load(self, info: CaseInfo) -> Case:
         """Raises BenchError for a case that is none of this corpus."""
@@ -84,7 +84,7 @@ class Generated:
 
     def _clip(self, info: CaseInfo) -> Clip:
         clip = self._clips.get(info.clip)
-        if clip is None or info.source not in clip.family.bodies or info.target not in family_by_body():
+        if clip is None or info.source not in clip.family.bodies or info.target not in everybody():
             raise absent(info, self.size, self.part)
         return clip
 
@@ -97,11 +97,9 @@ class Generated:
 
     def unseen(self, info: CaseInfo) -> frozenset[str]:
         clip = self._clip(info)
-        family = family_by_body()
-        held = {name: only_tested(family[name].bodies[name]) for name in (info.source, info.target)}
         marks = {
-            "source": held[info.source],
-            "target": held[info.target],
+            "source": only_tested(everybody()[info.source]),
+            "target": only_tested(everybody()[info.target]),
             "kind": clip.kind in HELD_OUT_KINDS,
         }
         return frozenset(name for name, new in marks.items() if new)
@@ -127,20 +125,3 @@ class Generated:
 
     def matched(self, part: Literal["train", "test"]) -> Mapping[matched.Pair, matched.Matches]:
         return matched.matched(self.solver, self.size, self.seed, part)
-
-
-@cache
-def _infos(size: Size, part: Part, seed: int, split: str) -> tuple[CaseInfo, ...]:
-    return tuple(
-        CaseInfo(
-            id=f"puppets/{source}>{target}/{clip.name}",
-            task="retarget",
-            split=split,
-            source=source,
-            target=target,
-            clip=clip.name,
-            kind=clip.kind,
-            frames=clip.frames,
-        )
-        for clip, source, target in cases(size, part, seed, split)
-    )

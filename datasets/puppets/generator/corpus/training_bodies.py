@@ -18,7 +18,7 @@ from ..bodies.dogs import DOG21, dog
 from ..bodies.proportions import ADULT, Proportions, drawn, human
 from ..bodies.structures import BODY22, BODY23, BODY28, Body, Structure
 from ..randomness import Stream
-from .families import VALIDATION_BODIES, build, families, only_tested
+from .families import VALIDATION_BODIES, build, everybody, only_tested
 
 VERSION = "1"
 """Moves when any drawn body does."""
@@ -67,8 +67,8 @@ def _unlikeness(sizes: Proportions) -> float:
 @cache
 def _held_out() -> np.ndarray:
     """``(bodies, ratios)``: the builds of all bodies that are not trained on."""
-    everybody = [body for family in families() for body in family.bodies.values()]
-    untrained = [body for body in everybody if only_tested(body) or body.name in VALIDATION_BODIES]
+    bodies = everybody().values()
+    untrained = [body for body in bodies if only_tested(body) or body.name in VALIDATION_BODIES]
     return np.array([build(body.proportions) for body in untrained])
 
 
