@@ -59,18 +59,12 @@ def test_dogs_follow_people(kind: str) -> None:
     for number in range(6):
         leader = PEOPLE[kind](Stream("dogs", "leader", kind, number), 130)
         score = follow(Stream("dogs", "follower", kind, number), leader)
-        assert score is not None
         assert score.kind == PARTNERS[kind]
         body = list(DOGS.values())[number % len(DOGS)]
         solution = solve(score, body)
         places = body.positions(solution.orientations, solution.root)
         steps = np.linalg.norm(np.diff(places[:, [body.part[role] for role in PAWS]], axis=0), axis=-1)
         assert steps[solution.planted[1:]].max() < 1e-3
-
-
-def test_nobody_follows_backwards_or_into_a_squat() -> None:
-    for kind in ("walk_backwards", "walk_sideways", "squat", "jump"):
-        assert follow(Stream("dogs", "none"), PEOPLE[kind](Stream("dogs", "leader", kind), 120)) is None
 
 
 @pytest.mark.parametrize("size", ["tiny", "default", "large"])

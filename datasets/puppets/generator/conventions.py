@@ -8,6 +8,10 @@ FPS = 30.0
 SIDES = ("left", "right")
 
 
+def other(side: str) -> str:
+    return "right" if side == "left" else "left"
+
+
 def sign(side: str) -> int:
     """+1 for left (left is +X), -1 for right."""
     return 1 if side == "left" else -1

@@ -13,7 +13,7 @@ from ...contract import USUAL, Cast, Clips, Labels, Manner, Surface, Training, i
 from ..bodies import rigs
 from ..bodies.structures import Body
 from ..cache import Arrays, cached
-from ..conventions import FPS, SIDES
+from ..conventions import FPS
 from ..performances.score import Score
 from ..solver.hands import contact_rests
 from ..solver.reach import out_of_reach
@@ -28,35 +28,35 @@ def labels(score: Score, contacts: Contacts) -> Labels:
     return Labels(kind, np.asarray(score.phases(), dtype=np.float64), contacts, touches(score))
 
 
-def touches(score: Score) -> dict[str, np.ndarray]:
-    """Hand and place -> the frames in which the hand rests there in full."""
-    touched: dict[str, np.ndarray] = {}
-    for side in SIDES:
-        for touch in score.hands[side].touches:
-            name, full = f"{side} hand on {touch.place}", touch.weight == 1.0
-            if full.any():
-                touched[name] = touched.get(name, np.zeros(len(full), dtype=bool)) | full
-        for contact in score.hands[side].contacts:
-            name = f"{side} hand on {'held thing' if contact.level > 0.0 else 'floor'}"
-            touched[name] = touched.get(name, np.zeros(score.frames, dtype=bool)) | contact_rests(
-                contact, score.frames
-            )
-    return touched
-
-
+FLOOR, HELD = "floor", "held thing"
+"""Places on which a hand rests that are none of the own body."""
 Rests = Mapping[tuple[str, str], np.ndarray]
-"""Side of a hand and place of the own body -> ``(frames,)`` bool: the hand rests there in full."""
+"""Side of a hand and place -> ``(frames,)`` bool: the hand rests there in full."""
 
 
-def hand_rests(score: Score) -> dict[tuple[str, str], np.ndarray]:
+def rests(score: Score) -> Rests:
     """Frames in which a hand rests, of places where one ever does."""
     rested: dict[tuple[str, str], np.ndarray] = {}
-    for side in SIDES:
-        for touch in score.hands[side].touches:
-            key, full = (side, touch.place), touch.weight == 1.0
-            if full.any():
-                rested[key] = rested[key] | full if key in rested else full
+    for side, hand in score.hands.items():
+        full = [(touch.place, touch.weight == 1.0) for touch in hand.touches]
+        places = [(place, frames) for place, frames in full if frames.any()]
+        for stay in hand.contacts:
+            places.append((HELD if stay.level > 0.0 else FLOOR, contact_rests(stay, score.frames)))
+        for place, frames in places:
+            rested[side, place] = rested.get((side, place), False) | frames
     return rested
+
+
+def touches(score: Score) -> dict[str, np.ndarray]:
+    """The same by labels: "left hand on right_knee"."""
+    return {f"{side} hand on {place}": frames for (side, place), frames in rests(score).items()}
+
+
+def own_rests(score: Score) -> Rests:
+    """Those on the own body."""
+    return {
+        (side, place): full for (side, place), full in rests(score).items() if place not in (FLOOR, HELD)
+    }
 
 
 def self_touches(rests: Rests, body: Body) -> tuple[Touch, ...]:

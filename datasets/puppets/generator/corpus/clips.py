@@ -8,7 +8,7 @@ in ``exclusions.json``. Whoever changes the generator runs ``tests/datasets/free
 import json
 import multiprocessing
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -29,8 +29,7 @@ class Size:
     while there is a case of each split for every clip. long: how many of them last a minute. cases,
     validation: the most cases of each split. troupe: how many bodies of a family perform one clip; 0: any.
     training: clips of each body. pairs: performances by many training bodies. numbers: the first of test,
-    validation and training, so that a name
-    stands for one clip only."""
+    validation and training, so that a name stands for one clip only."""
 
     seconds: tuple[float, float]
     training_seconds: tuple[float, float]
@@ -68,14 +67,9 @@ _DEFAULT = Size(
     pairs=400,
     numbers=(101, 301, 1001),
 )
-_LARGE = Size(
-    seconds=_DEFAULT.seconds,
+_LARGE = replace(
+    _DEFAULT,
     training_seconds=(4.0, 16.0),
-    test=_DEFAULT.test,
-    long=_DEFAULT.long,
-    cases=_DEFAULT.cases,
-    validation=_DEFAULT.validation,
-    troupe=_DEFAULT.troupe,
     training=400,
     pairs=4000,
     numbers=(*_DEFAULT.numbers[:2], 10001),

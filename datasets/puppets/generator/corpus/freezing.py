@@ -24,7 +24,7 @@ from ..bodies.structures import Body
 from ..conventions import FPS
 from ..solver.reach import ground
 from .cases import clip_action, performers
-from .clip_solver import ClipSolver, hand_rests, self_touches, touches
+from .clip_solver import ClipSolver, own_rests, self_touches, touches
 from .clips import Clip, clips
 from .families import HELD_OUT_KINDS, everybody, families, only_tested
 from .generated import Generated
@@ -82,7 +82,7 @@ def _merged(parts: Iterable[Arrays]) -> Arrays:
 def _hands() -> Mapping[str, tuple[str, str]]:
     """Label -> side of a hand and place of the own body on which it rests in some clip."""
     listed = [clip for part in get_args(Part) for clip in clips(SIZE, SEED, part)]
-    hands = dict.fromkeys(hand for clip in listed for hand in hand_rests(clip.score()))
+    hands = dict.fromkeys(hand for clip in listed for hand in own_rests(clip.score()))
     return {f"{side} hand on {place}": (side, place) for side, place in hands}
 
 

@@ -15,7 +15,7 @@ from ..bodies import clothes
 from ..solver.reach import ground
 from . import matched, training_bodies
 from .cases import between_legs, case_infos, performers, real_motions
-from .clip_solver import ClipSolver, hand_rests, labels, self_touches, training
+from .clip_solver import ClipSolver, labels, own_rests, self_touches, training
 from .clips import Clip, clips, unable
 from .families import HELD_OUT_KINDS, bodies_of, everybody, only_tested, training_manifest
 from .pairs import Pairs
@@ -79,7 +79,7 @@ class Generated:
             contacts=self.solver.contacts(clip, info.target),
             ground=ground(self.solver.score(clip), clip.family.bodies[info.target]),
             alternative=self.solver.motion(clip, info.target, SECOND),
-            touches=self_touches(hand_rests(self.solver.score(clip)), clip.family.bodies[info.target]),
+            touches=self_touches(own_rests(self.solver.score(clip)), clip.family.bodies[info.target]),
         )
 
     def _clip(self, info: CaseInfo) -> Clip:

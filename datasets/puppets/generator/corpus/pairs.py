@@ -18,7 +18,7 @@ from retarget_bench.training.stored_pairs import Facts, StoredPairs, Tensors, st
 
 from ..conventions import FPS
 from ..randomness import Stream
-from .clip_solver import ClipSolver, hand_rests, self_touches
+from .clip_solver import ClipSolver, own_rests, self_touches
 from .clips import SIZES, Clip
 from .families import bodies_of, families, family_of_structure, kinds_of
 
@@ -62,7 +62,7 @@ class Pairs(StoredPairs):
         return _Performance(solver, clip, stored(path, lambda: self._solved(clip, self.troupe(number))))
 
     def _solved(self, clip: Clip, names: Sequence[str]) -> tuple[Tensors, Facts]:
-        rests = hand_rests(self._solver.score(clip))
+        rests = own_rests(self._solver.score(clip))
         tensors: Tensors = {}
         able = []
         for name in names:

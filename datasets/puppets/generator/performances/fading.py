@@ -1,9 +1,16 @@
 """Cross-fades: channels of two performances joined over a bridge of frames without a jump."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
 from ..curves import bump, smooth
-from .score import Air, Hand, Touch, Trunk
+from .score import Act, Air, Hand, Score, Touch, Trunk
+
+TRANSITION = "transition"
+"""The act on a bridge."""
 
 _FADE = 5.0
 """Frames in which a speed dies away."""
@@ -37,6 +44,20 @@ def either(
 ) -> np.ndarray | None:
     """The same, or nothing where neither performance has the channel."""
     return None if a is None and b is None else followed(a, b, frames_a, frames_b, length)
+
+
+def in_a_row(
+    a: Score, b: Score, channels: Sequence[str], length: int, between: str = TRANSITION
+) -> dict[str, Any]:
+    """The named channels, trunk, acts and phase of ``a``, a bridge and ``b``. between: the bridge's act."""
+    start = a.frames + length
+    acts = (replace(act, first=act.first + start, end=act.end + start) for act in b.stretches())
+    return {
+        **{name: bridged(getattr(a, name), getattr(b, name), length) for name in channels},
+        "trunk": joined_trunk(a.trunk, b.trunk, a.frames, b.frames, length),
+        "acts": (*a.stretches(), Act(between, a.frames, start), *acts),
+        "phase": np.concatenate([a.phases(), np.arange(length) / length, b.phases()]),
+    }
 
 
 def joined_trunk(a: Trunk, b: Trunk, frames_a: int, frames_b: int, length: int) -> Trunk:

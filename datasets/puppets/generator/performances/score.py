@@ -16,6 +16,9 @@ import numpy as np
 
 from ..conventions import SIDES
 
+EVER = 10_000
+"""A frame after every clip's end."""
+
 
 @dataclass(frozen=True)
 class FootContact:
@@ -313,7 +316,7 @@ class DogScore(Score):
     ``path`` is of the middle of the trunk in lengths of the hind leg (hip joint to floor, standing);
     ``height`` of the hip joints: 1 standing, 0 lying; ``trunk.pelvis`` rotates the rump alone,
     ``trunk.chest`` is the bend of the back (to the left, arched up, rolled to the left), ``trunk.gaze`` of
-    the head against the heading of the fore body. There are no ``feet``, and hands touch nothing.
+    the head against the heading of the fore body. There are no ``feet`` and no ``hands``.
 
     fore:   ``(frames,)`` height of the shoulder joints: 1 standing, 0 lying.
     anchor: ``(frames,)`` where the trunk is held while its length is shared: 0 the rump, 1 the shoulders.
@@ -328,9 +331,3 @@ class DogScore(Score):
     tail: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
     spread: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     paws: Mapping[str, Paw] = field(default_factory=dict)
-
-
-def idle_hands(frames: int) -> dict[str, Hand]:
-    """Hands that touch nothing."""
-    still = np.zeros(frames)
-    return {side: Hand(np.zeros((frames, 3)), still, still, still, np.zeros((frames, 3))) for side in SIDES}

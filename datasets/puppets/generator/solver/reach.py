@@ -91,15 +91,15 @@ def gaps(score: Score, body: Body, solution: Solution) -> Mapping[tuple[str, str
         joint = body.part[part]
         return positions[:, joint] + solution.orientations[:, joint] @ at
 
-    for side in SIDES:
-        for touch in score.hands[side].touches:
+    for side, hand in score.hands.items():
+        for touch in hand.touches:
             spot, full = touch_point(touch.place, body), touch.weight == 1.0
             apart = point(f"{side}_hand", touching(spot, side, body.proportions)) - point(
                 spot.part, spot.at
             )
             gap = np.sqrt((apart[full] ** 2).sum(axis=-1)).max(initial=0.0)
             gaps[side, touch.place] = max(gaps.get((side, touch.place), 0.0), float(gap))
-        for contact in score.hands[side].contacts:
+        for contact in hand.contacts:
             apart = positions[:, body.part[f"{side}_hand"]] - hands.contact_wrist(contact, side, body)
             gap = np.sqrt((apart**2).sum(axis=-1))[hands.contact_rests(contact, score.frames)].max(
                 initial=0.0

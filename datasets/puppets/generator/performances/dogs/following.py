@@ -11,13 +11,12 @@ import numpy as np
 from ...conventions import FPS, along
 from ...randomness import Stream
 from ..score import DogScore, Score
-from .gaits import GALLOP, STANDING, TROT, WALK, Gait, Habit, Way, paced
+from .gaits import GALLOP, STANDING, TROT, WALK, Habit, Way, paced
 from .resting import stood, turned
 
 PARTNERS: Mapping[str, str] = {
     "stand": "dog_stand",
-    "turn": "dog_turn",
-    **dict.fromkeys(("walk", "arc", "sneak", "march", "limp"), "dog_walk"),
+    **dict.fromkeys(("walk", "arc", "sneak", "march"), "dog_walk"),
     "jog": "trot",
     "run": "gallop",
 }
@@ -31,31 +30,22 @@ def speeds(score: Score) -> np.ndarray:
     return (np.gradient(score.path, axis=0) * along(score.heading)).sum(axis=-1) * FPS
 
 
-def follow(stream: Stream, leader: Score) -> DogScore | None:
-    """A dog that goes its leader's way in the gait that answers to it, or stands or turns with it.
+def follow(stream: Stream, leader: Score) -> DogScore:
+    """A dog that goes its leader's way in the gait that answers to it, or stands with it.
 
-    None where the leader does anything else, or goes backwards or sideways.
+    leader: of a kind of ``PARTNERS``: these go forward.
     """
-    kind = PARTNERS.get(leader.kind)
+    kind, frames = PARTNERS[leader.kind], leader.frames
     if kind in _GAITS:
-        return _going(stream, leader, _GAITS[kind])
-    moving = np.flatnonzero(np.abs(np.diff(leader.heading)) > 1e-3)
-    if kind == "dog_stand" and not len(moving):
+        forward = speeds(leader)
+        moving = np.flatnonzero(forward > STANDING)
+        first, last = int(moving[0]), int(moving[-1])
+        over = (first if first else -frames, last if last < frames - 1 else 2 * frames)
+        way = Way(leader.heading, leader.path, np.maximum(forward, 0.0), over)
+        return paced(stream, _GAITS[kind], way, Habit.draw(stream))
+    turning = np.flatnonzero(np.abs(np.diff(leader.heading)) > 1e-3)
+    if not len(turning):
         return stood(stream, leader.heading)
-    if kind is None or not len(moving):
-        return None
     # who shuffles while standing still stands
-    score = turned(stream, leader.heading, (int(moving[0]), int(moving[-1]) + 1))
+    score = turned(stream, leader.heading, (int(turning[0]), int(turning[-1]) + 1))
     return replace(score, kind=kind)
-
-
-def _going(stream: Stream, leader: Score, gait: Gait) -> DogScore | None:
-    forward, frames = speeds(leader), leader.frames
-    flat = (np.gradient(leader.path, axis=0) ** 2).sum(axis=-1) * FPS**2
-    moving = np.flatnonzero(forward > STANDING)
-    if not len(moving) or forward.min() < -STANDING or (flat - forward**2).max() > STANDING**2:
-        return None
-    first, last = int(moving[0]), int(moving[-1])
-    over = (first if first else -frames, last if last < frames - 1 else 2 * frames)
-    way = Way(leader.heading, leader.path, np.maximum(forward, 0.0), over)
-    return paced(stream, gait, way, Habit.draw(stream))

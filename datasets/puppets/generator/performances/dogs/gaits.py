@@ -15,7 +15,7 @@ from ...conventions import FPS, along
 from ...curves import plateau, wander
 from ...randomness import Stream
 from ..people.style import seconds
-from ..score import LIMBS, DogScore, Paw, PawContact, Trunk, idle_hands
+from ..score import EVER, LIMBS, DogScore, Paw, PawContact, Trunk
 
 
 @dataclass(frozen=True)
@@ -120,8 +120,6 @@ def summed(rate: np.ndarray) -> np.ndarray:
     return np.concatenate([np.zeros_like(rate[:1]), steps])
 
 
-EVER = 100_000
-"""A frame after every clip."""
 _BEYOND = 120
 """Frames before and after the clip that paws depend on."""
 Span = tuple[float, float]
@@ -284,7 +282,7 @@ def paced(stream: Stream, gait: Gait, route: Way, habit: Habit) -> DogScore:
         support=still + 0.5,
         trunk=Trunk(pelvis, chest, gaze),
         feet={},
-        hands=idle_hands(frames),
+        hands={},
         phase=rate.phase,
         fore=fore + shaken[3] + habit.fore + bowed,
         anchor=still + 0.5,

@@ -12,8 +12,8 @@ from ...conventions import FPS, SIDES, sign
 from ...curves import plateau, ramp, wander
 from ...randomness import Stream
 from ..people.style import seconds
-from ..score import LIMBS, DogScore, Paw, PawAir, PawContact, Trunk, idle_hands
-from .gaits import EVER, WALK, Habit, head_and_tail
+from ..score import EVER, LIMBS, DogScore, Paw, PawAir, PawContact, Trunk
+from .gaits import WALK, Habit, head_and_tail
 
 CHANNELS = (
     *("heading", "path", "sway", "height", "balance", "support"),
@@ -95,7 +95,7 @@ def _score(
         support=still + 0.5,
         trunk=Trunk(np.zeros((frames, 3)), chest, gaze + np.stack([bend + still, still, still], axis=-1)),
         feet={},
-        hands=idle_hands(frames),
+        hands={},
         fore=shoulders + breath,
         anchor=anchor + still,
         neck=carried + neck,

@@ -7,14 +7,12 @@ them; all other channels run on with fading speed and are cross-faded on a bridg
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from ...randomness import Stream
-from ..fading import bridged, joined_trunk
-from ..people.sequencing import TRANSITION
-from ..score import Act, DogScore, Paw, PawContact, idle_hands
+from ..fading import TRANSITION, bridged, in_a_row
+from ..score import DogScore, Paw, PawContact
 from .gaits import TROT, WALK, go
 from .resting import CHANNELS, backwards, settling, stand, turn
 
@@ -83,20 +81,8 @@ def joined(a: DogScore, b: DogScore, between: str = TRANSITION) -> DogScore:
     between: the kind of the bridge.
     """
     b = _brought(a, b)
-    start = a.frames + BRIDGE
-    channels: dict[str, Any] = {
-        name: bridged(getattr(a, name), getattr(b, name), BRIDGE) for name in CHANNELS
-    }
-    acts = tuple(replace(act, first=act.first + start, end=act.end + start) for act in b.stretches())
-    return replace(
-        a,
-        **channels,
-        trunk=joined_trunk(a.trunk, b.trunk, a.frames, b.frames, BRIDGE),
-        hands=idle_hands(start + b.frames),
-        paws={limb: _joined_paw(paw, b.paws[limb], start) for limb, paw in a.paws.items()},
-        acts=(*a.stretches(), Act(between, a.frames, start), *acts),
-        phase=np.concatenate([a.phases(), np.arange(BRIDGE) / BRIDGE, b.phases()]),
-    )
+    paws = {limb: _joined_paw(paw, b.paws[limb], a.frames + BRIDGE) for limb, paw in a.paws.items()}
+    return replace(a, **in_a_row(a, b, CHANNELS, BRIDGE, between), paws=paws)
 
 
 def _brought(a: DogScore, b: DogScore) -> DogScore:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...conventions import other
 from ...curves import bump, ramp
 from ..score import Hand, Touch
 from .style import Performer, rows
@@ -113,7 +114,3 @@ def on(point: str, side: str) -> Shape:
     if point in _ON:
         return replace(_ON[point], touch=f"{side}_{point}")
     return replace(_ON_OTHER[point], touch=f"{other(side)}_{point}")
-
-
-def other(side: str) -> str:
-    return "right" if side == "left" else "left"

@@ -11,11 +11,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ...conventions import SIDES, sign
+from ...conventions import SIDES, other, sign
 from ...curves import plateau, wander
 from ...randomness import Stream
 from ..score import Foot, FootContact, Hand, HandContact, Score
-from .arms import other
 from .style import Performer, Style, rows
 
 _DWELL = 2

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...conventions import SIDES, sign
+from ...conventions import SIDES, other, sign
 from ...curves import ramp, through
 from ...randomness import Stream
 from ..score import Score
 from . import arms
-from .arms import Shape, other
+from .arms import Shape
 from .scene import Scene, step_to
 
 _QUICKEST = 14

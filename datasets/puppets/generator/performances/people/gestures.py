@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...conventions import SIDES, sign
+from ...conventions import SIDES, other, sign
 from ...curves import plateau, ramp
 from ...randomness import Stream
 from ..score import Hand, Score, Touch
 from . import arms
-from .arms import Shape, other
+from .arms import Shape
 from .scene import Scene, Stance, lift_heel, shifting, slots, small_step, stance, turn
 from .style import Performer, Style, hanging, rows
 

@@ -10,11 +10,11 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from ...conventions import GRAVITY, SIDES, sign
+from ...conventions import GRAVITY, SIDES, other, sign
 from ...curves import plateau, spline, through, wander
 from ...randomness import Stream
-from ..score import Air, Foot, FootContact, Hand, Score
-from .scene import EVER, shifting
+from ..score import EVER, Air, Foot, FootContact, Hand, Score
+from .scene import shifting
 from .striding import Swing, hung
 from .style import Performer, Style, along, hanging, rows
 
@@ -252,7 +252,7 @@ def hop(stream: Stream, frames: int) -> Score:
     aloft = plateau(t, first - 20.0, first - 8.0, last + 8.0, last + 21.0)
     one = plateau(t, first - 28.0, first - 17.0, last + 16.0, last + 27.0)
     moving = plateau(t, first - 12.0, first - 2.0, last + 2.0, last + 14.0)
-    foot, other = _hopping_feet(person, contacts, step, heading)
+    foot, spare = _hopping_feet(person, contacts, step, heading)
     out = sign(side)
     # over the hopping leg, shaken by every landing
     beat, over = _beat(contacts, person.t * 30.0), aloft * out
@@ -269,7 +269,7 @@ def hop(stream: Stream, frames: int) -> Score:
             chest=(0.05 * over, 0.10 * np.abs(over) - 0.10 * beat, 0.12 * over),
             gaze=(0.0, 0.16 * np.abs(over), 0.0),
         ),
-        feet={side: foot, SIDES[side == "left"]: other},
+        feet={side: foot, other(side): spare},
         hands={each: _hopping_arm(person, contacts, t, aloft) for each in SIDES},
         flights=tuple(gaps),
         impacts=tuple(frame for contact in contacts for frame in contact if 0 < frame < frames),

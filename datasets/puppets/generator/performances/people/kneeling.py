@@ -4,12 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...conventions import SIDES
+from ...conventions import SIDES, other
 from ...curves import plateau, smooth
 from ...randomness import Stream
 from ..score import Foot, FootContact, Score
 from . import arms
-from .arms import Shape, other
+from .arms import Shape
 from .scene import Scene
 from .sequencing import cut
 from .style import along, rows

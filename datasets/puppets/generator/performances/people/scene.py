@@ -10,12 +10,9 @@ import numpy as np
 from ...conventions import FPS, SIDES
 from ...curves import plateau, ramp, through
 from ...randomness import Stream
-from ..score import Air, Foot, FootContact, Hand, HandContact, Score, Trunk
+from ..score import EVER, Air, Foot, FootContact, Hand, HandContact, Score, Trunk
 from .arms import Move, Shape, Triple, moving
 from .style import Performer, Style, along
-
-EVER = 10_000
-"""A frame after every clip's end."""
 
 
 @dataclass(frozen=True, eq=False)

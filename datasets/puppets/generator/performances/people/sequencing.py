@@ -19,8 +19,8 @@ import numpy as np
 from ...conventions import SIDES, sign
 from ...curves import plateau
 from ...randomness import Stream
-from ..fading import bridged, either, joined_air, joined_hand, joined_trunk
-from ..score import Act, Foot, FootContact, Hand, HandContact, Score, Touch, Trunk
+from ..fading import bridged, either, in_a_row, joined_air, joined_hand
+from ..score import Foot, FootContact, Hand, HandContact, Score, Touch, Trunk
 
 
 def cut(score: Score, first: int, frames: int) -> Score:
@@ -47,7 +47,6 @@ def _part(item: Any, first: int, end: int) -> Any:
 Stay = TypeVar("Stay", FootContact, HandContact)
 Kind = Callable[[Stream, int], Score]
 
-TRANSITION = "transition"
 BRIDGE = 34
 """Frames between two parts."""
 _SHORTEST, _USUAL = 75, 135
@@ -125,9 +124,6 @@ def joined(a: Score, b: Score, anchor: str) -> Score:
     """``a``, a bridge, and ``b`` brought to where ``a`` ends. anchor: the foot that surely stays."""
     b = _brought(a, b, anchor)
     start = a.frames + BRIDGE
-    channels: dict[str, Any] = {
-        name: bridged(getattr(a, name), getattr(b, name), BRIDGE) for name in _CHANNELS
-    }
     apart = {side: _apart(_standing(a, side, -1), _standing(b, side, 0), side) for side in SIDES}
     steps = {side: side != anchor and apart[side] > 0.05 for side in SIDES}
     support = bridged(a.support, b.support, BRIDGE, 0.0, 1.0)
@@ -136,21 +132,17 @@ def joined(a: Score, b: Score, anchor: str) -> Score:
             t, first = np.arange(len(support), dtype=float), a.frames + 8.0
             away = 0.95 * plateau(t, first - 15.0, first + 1.0, first + 15.0, first + 31.0)
             support = support + away * ((0.0 if side == "left" else 1.0) - support)
-    acts = tuple(replace(act, first=act.first + start, end=act.end + start) for act in b.stretches())
     return replace(
         a,
-        **channels,
+        **in_a_row(a, b, _CHANNELS, BRIDGE),
         balance=bridged(a.balance, b.balance, BRIDGE, 0.0, 1.0),
         support=support,
-        trunk=joined_trunk(a.trunk, b.trunk, a.frames, b.frames, BRIDGE),
         feet={side: _joined_foot(a, b, side, steps[side]) for side in SIDES},
         hands={side: joined_hand(a.hands[side], b.hands[side], BRIDGE) for side in SIDES},
         flights=(*a.flights, *((first + start, last + start) for first, last in b.flights)),
         impacts=(*a.impacts, *(frame + start for frame in b.impacts)),
-        acts=(*a.stretches(), Act(TRANSITION, a.frames, start), *acts),
         sit_back=either(a.sit_back, b.sit_back, a.frames, b.frames, BRIDGE),
         prone=either(a.prone, b.prone, a.frames, b.frames, BRIDGE),
-        phase=np.concatenate([a.phases(), np.arange(BRIDGE) / BRIDGE, b.phases()]),
     )
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...conventions import SIDES, sign
+from ...conventions import SIDES, other, sign
 from ...curves import smooth
 from ...randomness import Stream
 from ..score import FootContact, HandContact, Score
@@ -166,7 +166,7 @@ def _set(feet: Stance, side: str, start: int, lasting: int, there: FootContact, 
 def _feet(stream: Stream, seat: _Seat) -> dict[str, tuple[float, float, float]]:
     """Side -> how far ahead of where it stood, leg lengths, width, half hip widths, toes out, radians."""
     side = stream.choice(SIDES)
-    two = (side, arms.other(side))
+    two = (side, other(side))
     near, far = stream.uniform(-0.12, -0.04), stream.uniform(0.06, 0.16)
     out = stream.uniform(0.05, 0.3)
     if seat.on == "floor":
@@ -203,10 +203,10 @@ def _hands_on_a_seat(scene: Scene, seat: _Seat) -> None:
     chosen = stream.choice(SIDES)
     shapes = {
         "knees": dict.fromkeys(SIDES, "knee"),
-        "one knee": {chosen: "knee", arms.other(chosen): stream.choice(("lap", "beside"))},
+        "one knee": {chosen: "knee", other(chosen): stream.choice(("lap", "beside"))},
         "lap": dict.fromkeys(SIDES, "lap"),
         "beside": dict.fromkeys(SIDES, "beside"),
-        "crossed": {chosen: "ribs", arms.other(chosen): "upper_arm"},
+        "crossed": {chosen: "ribs", other(chosen): "upper_arm"},
     }[seat.hands]
     for side, what in shapes.items():
         delay = stream.uniform(0.0, 8.0)

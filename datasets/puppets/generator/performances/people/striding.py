@@ -9,16 +9,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...conventions import GRAVITY, SIDES, sign
+from ...conventions import GRAVITY, SIDES, other, sign
 from ...curves import plateau, ramp, through
 from ...randomness import Stream
-from ..score import Air, Foot, FootContact, Hand, Score, Trunk
+from ..score import EVER, Air, Foot, FootContact, Hand, Score, Trunk
 from .style import Carriage, Performer, Style, hanging, rows
 
 MARGIN = 90
 """Frames drawn before and after the clip, so that it may begin and end in the middle of a way."""
-EVER = 10_000
-"""A frame after every clip's end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,7 @@ class Gait:
         return self.first + (0.5 * k - sooner) * self.stride
 
     def side(self, k: int) -> str:
-        return self.lead if k % 2 == 0 else SIDES[self.lead == "left"]
+        return self.lead if k % 2 == 0 else other(self.lead)
 
     def down(self, side: str) -> float:
         """Share of a stride that this foot is down."""

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...conventions import SIDES, sign
+from ...conventions import SIDES, other, sign
 from ...randomness import Stream
 from ..score import Air, Score
-from .arms import Shape, Triple, other
+from .arms import Shape, Triple
 from .scene import Scene, slots
 
 _GUARD = Shape((-0.02, -0.30, 0.46), swivel=-0.1, palm=(-0.8, 0.1, -0.6), fingers=(0.0, 0.9, 0.4))
