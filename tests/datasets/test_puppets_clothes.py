@@ -16,7 +16,7 @@ from retarget_bench.motion.mesh import Mesh
 Both = tuple[Body, Mesh, Mesh]
 
 
-@pytest.fixture(params=("ada", "sumo", "vesper", "moppet", "jack", "rex"))
+@pytest.fixture(params=("ada", "sumo", "moppet", "rex"))
 def both(request: pytest.FixtureRequest) -> Both:
     body = (BODIES | DOGS)[request.param]
     bare, clothed = rigs.character(body).mesh, rigs.character(body, "clothed").mesh

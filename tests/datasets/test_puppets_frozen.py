@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -202,19 +201,14 @@ def everything() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(path.name for path in FOLDER.iterdir()))
-@pytest.mark.parametrize("harm", ["flip", "cut", "lose"])
+@pytest.mark.parametrize("harm", ["flip", "lose"])
 def test_damaged_files_are_told_in_one_sentence(copied: Path, name: str, harm: str) -> None:
     path = copied / name
-    content = path.read_bytes()
-    everything()
-    forget()
+    content, half = path.read_bytes(), path.stat().st_size // 2
     if harm == "lose":
         path.unlink()
     else:
-        half = len(content) // 2
-        path.write_bytes(
-            content[:half] + (bytes([content[half] ^ 1]) + content[half + 1 :]) * (harm == "flip")
-        )
+        path.write_bytes(content[:half] + bytes([content[half] ^ 1]) + content[half + 1 :])
     with pytest.raises(FileError, match=r"install the package again$") as caught:
         everything()
     assert str(caught.value).startswith(str(copied))
@@ -227,23 +221,28 @@ def test_a_checkout_may_change_line_ends(copied: Path) -> None:
     everything()
 
 
-def imported_by(folder: Path, *words: object) -> set[str]:
-    """Modules of the puppets that a command imports, in whatever process."""
-    environment = os.environ | {
-        "PYTHONPROFILEIMPORTTIME": "1",
-        "RETARGET_BENCH_CACHE": str(folder / "cache"),
-    }
-    command = [sys.executable, "-m", "retarget_bench", *map(str, words)]
-    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
-    assert result.returncode == 0, result.stderr[-2000:]
-    return set(re.findall(rf"{re.escape(puppets.__name__)}\.([\w.]+)$", result.stderr, re.MULTILINE))
+ALL_OF_IT = f"""
+import sys
+from {puppets.__name__} import plugin
+data = plugin()
+assert data.content and data.notes and data.training_manifest()
+for part in data.parts().values():
+    for split in ("self", "intra", "cross"):
+        info = part.cases("retarget", split)[0]
+        assert part.load(info).reference.frames == len(part.labels(info).kind)
+assert data.training()["body22"]["ada"][0].frames
+assert data.characters()["ada"].mesh
+prefix = "{puppets.__name__}."
+print(*(name.removeprefix(prefix) for name in sys.modules if name.startswith(prefix)))
+"""
 
 
-def test_a_run_imports_nothing_of_the_generator_and_keeps_nothing(tmp_path: Path) -> None:
-    arguments = ("copy_rotations", "other_clip", "--limit", 2, "-j", 1, "--out", tmp_path / "runs")
-    assert imported_by(tmp_path, "run", *arguments) == READERS
-    assert not (tmp_path / "cache" / "puppets").exists()
-    assert len([*(tmp_path / "runs").rglob("copy_rotations/*.npz")]) >= 6
+def test_the_embedded_data_needs_nothing_of_the_generator_and_keeps_nothing(tmp_path: Path) -> None:
+    environment = os.environ | {"RETARGET_BENCH_CACHE": str(tmp_path / "cache")}
+    command = [sys.executable, "-c", ALL_OF_IT]
+    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+    assert set(result.stdout.split()) == READERS
+    assert not (tmp_path / "cache").exists()
 
 
 @pytest.mark.parametrize(
@@ -302,5 +301,10 @@ def test_retargeting_a_file_imports_none_of_the_puppets(tmp_path: Path) -> None:
         assert isinstance(motion, Motion)
         bvh.write(tmp_path / f"{name}.bvh", motion.at(slice(0, 12)), scale=100.0)
     source, target = (f"{tmp_path / name}.bvh[unit=cm]" for name in ("source", "target"))
-    files = (source, "--target", target, "-o", tmp_path / "out.bvh")
-    assert imported_by(tmp_path, "retarget", *files, "-m", "pan") == set()
+    words = ("retarget", source, "--target", target, "-o", str(tmp_path / "out.bvh"), "-m", "pan")
+    command = [sys.executable, "-m", "retarget_bench", *words]
+    environment = os.environ | {"PYTHONPROFILEIMPORTTIME": "1"}  # of all processes
+    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr[-2000:]
+    assert "retarget_bench.motion" in result.stderr
+    assert puppets.__name__ not in result.stderr
