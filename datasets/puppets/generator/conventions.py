@@ -5,6 +5,11 @@ import numpy as np
 FPS = 30.0
 
 
+def seconds(frames: int) -> np.ndarray:
+    """``(frames,)`` the time of each frame."""
+    return np.arange(frames) / FPS
+
+
 SIDES = ("left", "right")
 
 

@@ -173,18 +173,15 @@ def _hash(*names: str) -> int:
     return int.from_bytes(hashlib.sha256("/".join(names).encode()).digest()[:6], "big")
 
 
-def performers(size: str, part: Part, seed: int) -> Mapping[Clip, tuple[tuple[str, ...], tuple[str, ...]]]:
-    """Clip -> the bodies that perform it in any case, and those of them that are targets."""
-    all_of: dict[Clip, dict[str, bool]] = {}
+def performers(size: str, part: Part, seed: int) -> Mapping[Clip, Mapping[str, bool]]:
+    """Clip -> the bodies that perform it in any case, and whether they are targets."""
+    performed: dict[Clip, dict[str, bool]] = {}
     for split in SIZES[size].cases:
         for clip, source, target in cases(size, part, seed, split):
-            bodies = all_of.setdefault(clip, {})
+            bodies = performed.setdefault(clip, {})
             bodies.setdefault(source, False)
             bodies[target] = True
-    return {
-        clip: (tuple(bodies), tuple(name for name, is_target in bodies.items() if is_target))
-        for clip, bodies in all_of.items()
-    }
+    return performed
 
 
 _NUMBERS = {"tiny": 26, "default": 390, "large": 390}
@@ -206,7 +203,7 @@ def real_motions(size: str, part: Part, seed: int, structure: str) -> list[CaseI
     """Every clip by every body of a structure that performs it in a case of the corpus, as a self case."""
     return [
         _info(clip, name, name, clip_action(clip))
-        for clip, (names, _) in performers(size, part, seed).items()
+        for clip, names in performers(size, part, seed).items()
         if clip.kind not in _STAIRS
         for name in names
         if _structure(name) == structure
@@ -222,10 +219,9 @@ def clip_action(clip: Clip) -> Action:
 
 
 def _one_way(source: Family, target: Family, size: str, part: Part, seed: int) -> list[CaseInfo]:
-    performed = performers(size, part, seed)
     offered = {
         clip: names
-        for clip, (names, _) in performed.items()
+        for clip, names in performers(size, part, seed).items()
         if clip.family is source and clip.kind not in _STAIRS
     }
     aims = bodies_of(target, part)

@@ -154,13 +154,13 @@ def _clip(clip: Clip) -> Facts:
 def _part(corpus: Generated) -> Arrays:
     """All arrays of the clips of a part."""
     arrays: Arrays = {}
-    for clip, (names, targets) in performers(SIZE, corpus.part, SEED).items():
+    for clip, bodies in performers(SIZE, corpus.part, SEED).items():
         score, rests = clip.score(), touches(clip.score())
-        arrays |= _take(corpus.solver, clip, {name: name in targets for name in names})
+        arrays |= _take(corpus.solver, clip, bodies)
         arrays[f"{clip.name} phases"] = np.asarray(score.phases(), dtype=np.float64)
         if rests:
             arrays[f"{clip.name} touches"] = np.stack([*rests.values()])
-        for name in names if score.stairs else ():
+        for name in bodies if score.stairs else ():
             floor = ground(score, clip.family.bodies[name])
             assert floor.heights is not None
             arrays[f"{clip.name} {name} heights"] = floor.heights

@@ -110,7 +110,7 @@ class Generated:
 
     def performers(self) -> Mapping[str, tuple[str, ...]]:
         by_clip = performers(self.size, self.part, self.seed)
-        return {clip.name: names for clip, (names, _) in by_clip.items()}
+        return {clip.name: tuple(bodies) for clip, bodies in by_clip.items()}
 
     def training(self) -> Training:
         return training(self.solver, self.size, self.seed)

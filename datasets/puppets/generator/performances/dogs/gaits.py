@@ -11,10 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...conventions import FPS, along
+from ...conventions import FPS, along, seconds
 from ...curves import plateau, wander
 from ...randomness import Stream
-from ..people.style import seconds
 from ..score import EVER, LIMBS, DogScore, Paw, PawContact, Trunk
 
 

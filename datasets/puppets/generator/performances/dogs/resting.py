@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ...conventions import FPS, SIDES, sign
+from ...conventions import FPS, SIDES, seconds, sign
 from ...curves import plateau, ramp, wander
 from ...randomness import Stream
-from ..people.style import seconds
 from ..score import EVER, LIMBS, DogScore, Paw, PawAir, PawContact, Trunk
 from .gaits import WALK, Habit, head_and_tail
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...conventions import FPS, SIDES
+from ...conventions import SIDES, seconds
 from ...curves import wander
 from ...randomness import Stream
 from ..score import Hand, Touch, Trunk
@@ -45,11 +45,6 @@ class Style:
             elbow=stream.uniform(0.18, 0.6),
             aside=stream.uniform(0.06, 0.28),
         )
-
-
-def seconds(frames: int) -> np.ndarray:
-    """``(frames,)`` the time of each frame."""
-    return np.arange(frames) / FPS
 
 
 def hanging(ahead: np.ndarray, aside: np.ndarray, bend: np.ndarray) -> np.ndarray:

@@ -6,12 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...conventions import FPS, SIDES, sign
+from ...conventions import FPS, SIDES, seconds, sign
 from ...curves import ramp, wander
 from ...randomness import Stream
 from ..score import FootContact, Score, Stairs
 from .striding import Gait, Swing, Tread, stepping, striding, with_air
-from .style import Carriage, Style, along, personal, seconds
+from .style import Carriage, Style, along, personal
 
 MODES = ("steady", "steady", "start", "stop", "there")
 
