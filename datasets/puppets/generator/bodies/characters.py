@@ -1,6 +1,8 @@
 """The cast of ``characters.toml``: people drawn from anthropometry, caricatures and dogs.
 
-Bodies marked ``held_out`` are in no training set, and neither is any body of ``h36m17``.
+Bodies marked ``held_out`` are in no training set, and neither is any body of ``h36m17``. Among people who
+are built alike copying is an answer, so out of 200 draws under every name those were taken that make people
+most unlike in build (``corpus/families.py``), all within the ellipsoid that holds 95 % of people.
 """
 
 import tomllib
@@ -14,17 +16,6 @@ from .proportions import Proportions, drawn, human
 from .structures import H36M17, STRUCTURES, Body, Structure
 
 _TABLES = tomllib.loads(Path(__file__).with_name("characters.toml").read_text(encoding="utf-8"))
-
-PEOPLE = {
-    name: (row["sex"], row["age"], row["draw"])
-    for structure in STRUCTURES
-    for name, row in _TABLES[structure].items()
-    if "draw" in row
-}
-"""Sex, age in years, and which draw under the name. Among people who are built alike copying is an answer,
-so out of 200 draws under every name those were taken that make people most unlike in build
-(``corpus/families.py``), all within the ellipsoid that holds 95 % of people."""
-
 
 MIDDLING_DOG: Mapping[str, float] = _TABLES["middling_dog"]
 """Lengths of a dog of middling build, shares of the withers."""

@@ -51,9 +51,10 @@ class Family:
 @cache
 def families() -> tuple[Family, ...]:
     """People first."""
+    trained = [kind for kind in STRUNG if kind not in HELD_OUT_KINDS]
     kinds: dict[str, Callable[[Stream, int], Score]] = {
         **KINDS,
-        "sequence": partial(sequence, among=_trained_kinds(STRUNG)),
+        "sequence": partial(sequence, among=trained),
     }
     return (
         Family("people", BODIES, kinds, "sequence"),
@@ -65,11 +66,6 @@ def families() -> tuple[Family, ...]:
 def everybody() -> Mapping[str, Body]:
     """The bodies of all families by name."""
     return {name: body for family in families() for name, body in family.bodies.items()}
-
-
-def _trained_kinds(names: Sequence[str]) -> tuple[str, ...]:
-    """Kinds that sequences may have, since training has them too."""
-    return tuple(name for name in names if name not in HELD_OUT_KINDS)
 
 
 @cache

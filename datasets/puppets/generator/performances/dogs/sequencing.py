@@ -4,7 +4,7 @@ Whoever sits or lies down gets up again. Paws stay where the part before left th
 them; all other channels run on with fading speed and are cross-faded on a bridge.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -22,13 +22,10 @@ _STRETCHED = 1.4
 """How much longer parts are in performances of more than ten seconds."""
 
 
-def sequence(stream: Stream, frames: int, kinds: Sequence[str] = ()) -> DogScore:
-    """Walking, trotting, standing, turning, sitting and lying in some order, by one dog.
-
-    kinds: in this order, out of ``PARTS``; or as many as there is time for, none again until all others
-    have had their turn. ``Score.acts`` says what is done when.
-    """
-    order = list(kinds) or _drawn_order(stream, frames)
+def sequence(stream: Stream, frames: int) -> DogScore:
+    """Walking, trotting, standing, turning, sitting and lying in some order, by one dog: as many as there
+    is time for, none again until all others have had their turn. ``Score.acts`` says what is done when."""
+    order = _drawn_order(stream, frames)
     shares = np.cumsum([0.0, *(PARTS[kind][1] * stream.uniform(0.9, 1.1) for kind in order)])
     room = frames - BRIDGE * (len(order) - 1)
     ends = np.round(shares / shares[-1] * room).astype(int).tolist()

@@ -20,17 +20,13 @@ from . import (
 from .sequencing import strung
 
 
-def sequence(
-    stream: Stream, frames: int, kinds: Sequence[str] = (), among: Sequence[str] | None = None
-) -> Score:
-    """Several kinds one after the other by one person, with transitions: ``kinds`` in order, or drawn
-    ``among`` names (all kinds that begin and end standing). ``Score.acts`` says what is done when.
-
-    Raises ValueError where a kind does not stand where it is joined (``sequencing.py`` tells how to).
-    """
-    offered = STRUNG if among is None else among
-    offers = {name: FROM_STAND_TO_STAND.get(name, KINDS[name]) for name in (*offered, *kinds)}
-    return strung(stream, frames, offers, kinds, LEAST)
+def sequence(stream: Stream, frames: int, among: Sequence[str] = ()) -> Score:
+    """Several kinds one after the other by one person, with transitions, drawn ``among`` names (all that
+    begin and end standing). ``Score.acts`` says what is done when."""
+    names = among or STRUNG
+    return strung(
+        stream, frames, {name: FROM_STAND_TO_STAND.get(name, KINDS[name]) for name in names}, LEAST
+    )
 
 
 LEAST: Mapping[str, int] = {"lunge": 112, "kneel": 112, "lift": 220, "touch_floor": 80}

@@ -10,7 +10,7 @@ Parts are rotated and moved so that one foot stays where it is; the other makes 
 that happens all channels run on with fading speed and are cross-faded, so nothing jumps.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
@@ -80,13 +80,14 @@ def strung(
     stream: Stream,
     frames: int,
     among: Mapping[str, Kind],
-    kinds: Sequence[str],
     takes: Mapping[str, int],
 ) -> Score:
-    """``kinds`` in order, or as many as the time is right for, drawn from ``among`` without repeating one
-    until all have had their turn. takes: kind -> frames that it takes from standing to standing."""
-    count = len(kinds) or max(1, round((frames + BRIDGE) / (_USUAL + BRIDGE)))
-    order = list(kinds) or _drawn_order(stream, list(among), count)
+    """As many kinds as the time is right for, drawn from ``among`` without repeating one until all have had
+    their turn. takes: kind -> frames that it takes from standing to standing.
+
+    Raises ValueError where no performance stands where it is joined."""
+    count = max(1, round((frames + BRIDGE) / (_USUAL + BRIDGE)))
+    order = _drawn_order(stream, list(among), count)
     shares = [stream.uniform(0.75, 1.3) * max(takes.get(name, 0) / 0.8 / _USUAL, 1.0) for name in order]
     room = frames - BRIDGE * (len(order) - 1)
     ends = np.round(np.cumsum([0.0, *shares]) / sum(shares) * room).astype(int).tolist()
@@ -94,11 +95,9 @@ def strung(
     before = ""
     for number, name in enumerate(order):
         long, middle = ends[number + 1] - ends[number], (number > 0, number < len(order) - 1)
-        # a kind that happens not to stand, or has too little time, is replaced, unless it was asked for
-        names = [name]
-        if not kinds:
-            offered = [each for each in (name, *among) if takes.get(each, 0) <= long]
-            names = [each for each in offered if each != before] or offered
+        # a kind that happens not to stand, or has too little time, is replaced
+        offered = [each for each in (name, *among) if takes.get(each, 0) <= long]
+        names = [each for each in offered if each != before] or offered
         tries = ((each, drawn(stream.part(number, each), among[each], long, *middle)) for each in names)
         chosen = next(((each, score) for each, score in tries if score is not None), None)
         if chosen is None:
