@@ -51,16 +51,18 @@ def styles(
     ranked: label -> a header of its results, in the order of ``ranked``. named, variants: labels that are
     asked for, and whether variants are.
     """
-    varied = {label for label, each in ranked.items() if selection.is_variant(each.method, ranked)}
-    grey = {label: label in varied or each.method.control for label, each in ranked.items()}
+    group = {
+        label: 2 if selection.is_variant(header.method, ranked) else int(header.method.control)
+        for label, header in ranked.items()
+    }
     styles_of: dict[str, palette.MethodStyle] = {}
     counts = {False: 0, True: 0}
-    for label in sorted(ranked, key=grey.__getitem__):
-        quiet, privileged = grey[label], bool(ranked[label].method.privileged)
-        style = palette.method_style(counts[quiet], quiet=quiet, privileged=privileged)
-        asked = label in named or (variants and label in varied)
-        styles_of[label] = replace(style, quiet=quiet and not asked)
-        counts[quiet] += 1
+    for label in sorted(ranked, key=group.__getitem__):
+        grey, privileged = group[label] > 0, bool(ranked[label].method.privileged)
+        style = palette.method_style(counts[grey], quiet=grey, privileged=privileged)
+        asked = label in named or (variants and group[label] == 2)
+        styles_of[label] = replace(style, quiet=grey and not asked)
+        counts[grey] += 1
     return styles_of
 
 

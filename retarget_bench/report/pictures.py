@@ -138,12 +138,12 @@ def _picture(
 READINGS = {
     "denoise": (
         "Error after denoising, over the error before",
-        "The dotted diagonal is giving the noisy motion back. Flatter is better. Dashed lines of a method's "
-        "colour are of structures that its training did not have.",
+        "The dotted diagonal is giving the noisy motion back. Flatter is better. Dashed lines in a "
+        "method's colour are of structures that its training did not have.",
     ),
     "joint-completion": (
         "Error over the share of joints that was given",
-        "Lower is better. Dashed lines of a method's colour are of structures that its training did not "
+        "Lower is better. Dashed lines in a method's colour are of structures that its training did not "
         "have.",
     ),
     "clips": (
@@ -153,8 +153,8 @@ READINGS = {
     ),
     "kinds": (
         "By kind of performance",
-        "Means over clips, the hardest kind first. A method has no mark where it lacks too many of a kind's "
-        "cases.",
+        "Means over clips, the hardest kind first. A method has no mark where it lacks too many of the "
+        "cases of a kind.",
     ),
     "joints": (
         "By joint",

@@ -64,7 +64,8 @@ def skeletons(matrix: ResultMatrix, value: str, bodies: Mapping[str, Character],
 
 
 def _marks(matrix: ResultMatrix, value: str, here: np.ndarray, body: Character) -> Marks:
-    """The marks of each method that has any, smallest error first. here: ``(cases,)`` bool, those counted."""
+    """The marks of each method that has any, smallest error first. here: ``(cases,)`` bool: those that
+    count."""
     places = {name: float(joint) for joint, name in enumerate(body.skeleton.names)}
     marks: dict[str, list[Mark]] = {}
     for part in breakdown(replace(matrix, values={value: matrix.values[value]}), "joint"):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from statistics import fmean
 from typing import TYPE_CHECKING
 
@@ -72,41 +71,30 @@ def recall(matrices: Sequence[ResultMatrix], styles: Styles, by_height: bool = F
 
 def growth(matrices: Sequence[ResultMatrix], value: str, styles: Styles) -> Figure:
     """A value over the seconds of a clip, a chart per split on one scale; later seconds are those of longer
-    clips alone, and are left out where these are too few for an interval. Raises NothingToDraw."""
+    clips alone. Raises NothingToDraw."""
     what = values.value_of(matrices, value, "second")
     ordered = values.in_order([each for each in matrices if value in each.values], styles)
-    curves = [
-        (each, section, _lasting(series)) for each in ordered for section, series in [_curves(each, value)]
-    ]
+    curves = [(each, *_curves(each, value)) for each in ordered]
     means: dict[str, list[Mean]] = {}
     for _, _, series in curves:
         for each in series:
             means.setdefault(each.method, []).extend(mark.mean for mark in each.marks)
     kept = {label: means[label] for label in values.shown(means, styles)}
     y = Axis(what.axis, *axis_limits.limits(kept, what.declared, bands=True))
-    charts = [
-        Chart(
-            matrix.split, f"{matrix.split}: {section.clip_count} clips", _across("end of the second, s", series), y,
-            series, joined=True,
-        )
-        for matrix, section, series in curves
-        if series
-    ]  # fmt: skip
+    charts = []
+    for matrix, section, series in curves:
+        if series:
+            x, title = (
+                _across("end of the second, s", series),
+                f"{matrix.split}: {section.clip_count} clips",
+            )
+            charts.append(Chart(matrix.split, title, x, y, series, joined=True))
     return Figure("growth", ordered[0].dataset, "error over time", tuple(charts), notes=MEANS)
 
 
-def _lasting(series: Sequence[Series]) -> tuple[Series, ...]:
-    """Curves as far as they have intervals, where the first mark of a curve has one."""
-    return tuple(
-        replace(each, marks=tuple(mark for mark in each.marks if mark.mean.interval is not None))
-        if each.marks[0].mean.interval is not None
-        else each
-        for each in series
-    )
-
-
 def _curves(matrix: ResultMatrix, value: str) -> tuple[SplitSummary, tuple[Series, ...]]:
-    """The summary of a split, and the curve of every method that has one."""
+    """The summary of a split, and the curve of every method that has one: as far as its points have
+    intervals, where any has."""
     section = split_summary(matrix.narrowed(value))
     if value not in matrix.values:
         return section, ()
@@ -122,7 +110,8 @@ def _curves(matrix: ResultMatrix, value: str) -> tuple[SplitSummary, tuple[Serie
             )
             for place, at, mean in points
         )  # fmt: skip
-        series += [Series(score.label, score.label, marks, score.unranked)] if marks else []
+        sure = tuple(mark for mark in marks if mark.mean.interval is not None)
+        series += [Series(score.label, score.label, sure or marks, score.unranked)] if marks else []
     return section, tuple(series)
 
 

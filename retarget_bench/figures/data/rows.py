@@ -7,7 +7,7 @@ from statistics import median
 
 import numpy as np
 
-from retarget_bench.analysis import statistics
+from retarget_bench.analysis import statistics, summary
 from retarget_bench.analysis.breakdown import breakdown
 from retarget_bench.analysis.summary import Mean, split_summary
 from retarget_bench.figures import axis_limits
@@ -87,8 +87,8 @@ def kinds(matrices: Sequence[ResultMatrix], value: str, styles: Styles) -> Figur
 # -------------------------------------------------------------------------------------------------- ties
 def ties(matrices: Sequence[ResultMatrix], value: str, styles: Styles) -> Figure:
     """Methods that are shown without being asked for, from the best to the worst, then those that are not
-    ranked; a bar joins those tied with the best to it. Raises NothingToDraw where nobody is ranked by the value, or results are not
-    complete."""
+    ranked; a bar joins those tied with the best to it. Raises NothingToDraw where nobody is ranked by the
+    value, or results are not complete."""
     what = values.value_of(matrices, value)
     charts = []
     for matrix in values.in_order(matrices, styles):
@@ -133,13 +133,10 @@ def speed(matrices: Sequence[ResultMatrix], value: str, styles: Styles) -> Figur
         timed = [score for score in section.scores if score.fps and value in score.means]
         slow = {score.label: reason for score in timed if (reason := section.slower(score))}
         notes += [f"{matrix.split}: {label} is left out, {reason}" for label, reason in slow.items()]
+        marks = {s.label: Mark(s.fps or 0.0, s.means[value], Cases(matrix.split, value)) for s in timed}
         series = tuple(
-            Series(
-                s.label, s.label, (Mark(s.fps or 0.0, s.means[value], Cases(matrix.split, value)),), why[s.label]
-            )
-            for s in timed
-            if s.label not in slow
-        )  # fmt: skip
+            Series(label, label, (mark,), why[label]) for label, mark in marks.items() if label not in slow
+        )
         if series:
             rates = [each.marks[0].at for each in series]
             x = Axis("frames per second, one thread", min(rates) / 1.5, max(rates) * 1.5, log=True)
@@ -186,7 +183,7 @@ def clips(matrices: Sequence[ResultMatrix], value: str, styles: Styles) -> Figur
     ordered = values.in_order([each for each in matrices if value in each.values], styles)
     charts = []
     for matrix in ordered:
-        numbers = values.common_numbers(matrix, value)[0]
+        numbers = summary.common_numbers(matrix, value)[0]
         kept = values.shown((row.label for row in matrix.rows), styles)
         per_clip = {
             row.label: each

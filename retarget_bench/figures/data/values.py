@@ -84,26 +84,9 @@ def shown(labels: Iterable[str], styles: Styles) -> list[str]:
     return loud or labels
 
 
-def common_numbers(matrix: ResultMatrix, value: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """``(methods, cases)`` of a value, as in tables: of ranked methods, of controls and of methods that see
-    more on the common cases of the ranked ones alone; ``(cases,)`` bool: these cases; and ``(methods,)``
-    bool: the ranked ones."""
-    numbers, common, among, _ = _common(matrix, value)
-    return numbers, common, among
-
-
-def _common(
-    matrix: ResultMatrix, value: str
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, Mapping[int, str]]:
-    numbers = matrix.numbers((value, ""))
-    ranked = np.array([not ranking.unranked(row.header) for row in matrix.rows])
-    never = np.array([bool(ranking.never_ranked(row.header.method)) for row in matrix.rows])
-    return numbers, *ranking.common_cases(numbers, ranked, never)
-
-
 def unranked(matrix: ResultMatrix, value: str = "") -> dict[str, str]:
     """Label -> why a method is not ranked, by a value or at all; "" of those that are."""
-    few = _common(matrix, value)[3] if value else {}
+    few = summary.common_numbers(matrix, value)[3] if value else {}
     return {
         row.label: ranking.unranked(row.header) or few.get(place, "")
         for place, row in enumerate(matrix.rows)
@@ -112,7 +95,7 @@ def unranked(matrix: ResultMatrix, value: str = "") -> dict[str, str]:
 
 def means(matrix: ResultMatrix, value: str) -> dict[str, Mean]:
     """Label -> the mean over clips of means over cases, as in tables, of methods that have one."""
-    means_of = summary.means_over_clips(common_numbers(matrix, value)[0], matrix.clips)
+    means_of = summary.means_over_clips(summary.common_numbers(matrix, value)[0], matrix.clips)
     labels = [row.label for row in matrix.rows]
     return {label: mean for label, mean in zip(labels, means_of, strict=True) if mean is not None}
 

@@ -65,9 +65,7 @@ def chart(data: Chart, styles: Mapping[str, MethodStyle], name: str, say: Callab
         panels.panel(figure.add_axes(box), data, styles, WIDTH)
     value = next(mark.cases.value for each in data.series for mark in (*each.marks, *each.extra))
     label = f"{data.title}: {data.value.label}; {_ranges(data.series)}"
-    return _svg(
-        written, groups, name, label, "chart", data_split=data.split, data_value=marks[0].cases.value
-    )
+    return _svg(written, groups, name, label, "chart", data_split=data.split, data_value=value)
 
 
 def skeleton(

@@ -19,17 +19,14 @@ from retarget_bench.figures.plotting import canvas
 
 MARKS = "osD^vPX*"
 DASHES: dict[str, Any] = {
-    "full": "-",
-    "dashed": "--",
-    "dotted": ":",
-    "dash-dot": "-.",
-    "long": (0, (10, 3)),
-}
+    "full": "-", "dashed": "--", "dotted": ":", "dash-dot": "-.", "long": (0, (10, 3)),
+}  # fmt: skip
 ARROWHEADS = {(True, "above"): ">", (True, "below"): "<", (False, "above"): "^", (False, "below"): "v"}
 """Whether places are rows, and the group of marks -> its shape."""
 SIZES = {"marks": 3.5, "extra": 6.0}
 """Points, of marks by their group."""
-DOT = 2.2
+DOT, TICKS = 2.2, 5
+"""Points of a clip's mark, and most ticks of an axis."""
 LEAST, MOST = 2.4, 8.5
 """Points: joints without and with the largest error."""
 AROUND, NAME = 0.1, 0.3
@@ -131,7 +128,7 @@ def sample(series: Series, style: MethodStyle, *, joined: bool) -> Any:
     """A line and a mark of a series, for legends."""
     from matplotlib.lines import Line2D
 
-    line = ("--" if series.unseen else DASHES[style.dash]) if joined else "none"
+    line: Any = ("--" if series.unseen else DASHES[style.dash]) if joined else "none"
     face = "white" if series.unranked else style.colour
     return Line2D(
         [], [], color=style.colour, linestyle=line, linewidth=1.2, marker=MARKS[style.shape],
@@ -141,7 +138,7 @@ def sample(series: Series, style: MethodStyle, *, joined: bool) -> Any:
 
 def _axis(axis: Any, data: Axis, width: float) -> None:
     """Limits, ticks and the label of an axis, which takes so many inches."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
     if data.log:
         axis.axes.set(**{f"{axis.axis_name}scale": "log"})
@@ -174,12 +171,12 @@ def skeleton(figure: Any, chart: SkeletonChart) -> dict[str, tuple[Mark, ...]]:
         drawn.setdefault(palette.shade(mark.mean.value / chart.errors.high), []).append(mark)
     for shade, marks in drawn.items():
         draw(
-            places[[int(mark.at) for mark in marks]], linestyle="none", marker="o", gid=f"0-{shade}",
-            markersize=LEAST + (MOST - LEAST) * shade / (palette.SHADES - 1),
-            markerfacecolor=palette.shades()[shade], markeredgecolor="0.2", markeredgewidth=0.5, zorder=2 + shade,
+            places[[int(mark.at) for mark in marks]], gid=f"0-{shade}", zorder=2 + shade, linestyle="none",
+            marker="o", markersize=LEAST + (MOST - LEAST) * shade / (palette.SHADES - 1),
+            markerfacecolor=palette.shades()[shade], markeredgecolor="0.2", markeredgewidth=0.5,
         )  # fmt: skip
-    width, height = figure.get_size_inches()
-    figure.text(0.5, 0.98, canvas.heading(chart.method, width), ha="center", va="top")
+    name = canvas.heading(chart.method, figure.get_figwidth())
+    figure.text(0.5, 0.98, name, ha="center", va="top", fontsize=9)
     return {f"0-{shade}": tuple(marks) for shade, marks in drawn.items()}
 
 
