@@ -85,7 +85,7 @@ def command(kind: str, options: Options) -> None:
         _attention(options)
         return
     from retarget_bench.figures import method_order
-    from retarget_bench.figures.plotting import canvas
+    from retarget_bench.figures.plotting import canvas, drawing
 
     canvas.ending(options.out)
     places = _places(options, options.task if kind == "levels" else defaults.TASK)
@@ -96,7 +96,7 @@ def command(kind: str, options: Options) -> None:
     named = list(method_order.labels(places).values()) if methods else ()
     styles = method_order.styles(ranked, named, variants=options.variants)
     figure = _chart(kind, places, options, styles)
-    canvas.draw(options.out, figure, styles, canvas.WIDTHS[options.width], titled=not options.no_title)
+    drawing.draw(options.out, figure, styles, canvas.WIDTHS[options.width], titled=not options.no_title)
     echo(f"wrote {options.out}")
 
 

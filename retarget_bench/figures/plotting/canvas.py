@@ -2,34 +2,29 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from retarget_bench.errors import BenchError
 from retarget_bench.figures import palette
-from retarget_bench.figures.data import values
-from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.files import atomic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from retarget_bench.figures.data import model
 
 ENDINGS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 """Kind of file -> what else it would say of the time or program that made it."""
 WIDTHS = {"column": 3.25, "page": 6.75}
 """Inches: a column and both columns of the narrowest two-column papers, so that 8 points stay 8 points."""
-PANEL, AROUND = 2.2, 0.62
-"""Inches that a panel is wide at least, and what its title and axes take of its height."""
 LETTER = 0.056
 """Inches that a letter takes on average, rather too much than too little."""
+LINE, HANDLE = 0.155, 0.65
+"""Inches: of a line of words, and of a line beside a name in a legend."""
 LONGEST = 60
 BEYOND = "arrowheads: off the scale"
 HOLLOW = "hollow: not ranked"
@@ -78,78 +73,6 @@ def drawn(path: Path, width: float, height: float) -> Iterator[Figure]:
         yield figure
         with atomic(path) as temporary:
             figure.savefig(temporary, dpi=200, format=form[1:], metadata=ENDINGS[form])
-
-
-def draw(
-    path: Path,
-    data: model.Figure,
-    styles: Mapping[str, MethodStyle],
-    width: float = WIDTHS["page"],
-    *,
-    titled: bool = True,
-) -> None:
-    """Draw the charts of a figure side by side, of the methods that are shown without being asked for.
-
-    width: inches. titled: whether a title stands above them, like a caption. Raises BenchError for a file
-    of an unknown kind.
-    """
-    from retarget_bench.figures.plotting import panels
-
-    labels = values.shown((each.method for chart in data.charts for each in chart.series), styles)
-    charts = [
-        replace(chart, series=tuple(each for each in chart.series if each.method in labels))
-        for chart in data.charts
-    ]
-    across = _across(charts, width)
-    rows = [charts[at : at + across] for at in range(0, len(charts), across)]
-    heights = [AROUND + max(map(panels.body, row)) for row in rows]
-    with drawn(path, width, sum(heights) + 0.2) as figure:
-        grid = figure.subplots(len(rows), across, squeeze=False, height_ratios=heights)
-        for axes in grid.flat[len(charts) :]:
-            axes.set_visible(False)
-        for axes, chart in zip(grid.flat, charts, strict=False):
-            panels.panel(axes, chart, styles, width / across)
-        if titled:
-            _title(figure, replace(data, charts=tuple(charts)), width)
-        _legend(figure, charts, styles)
-
-
-def _across(charts: list[model.Chart], width: float) -> int:
-    """How many panels stand in a row: as many as there is room for of those that show the same value, and
-    all rows full."""
-    alike = sum(chart.value.label == charts[0].value.label for chart in charts)
-    least = width if charts[0].named else PANEL
-    return max(n for n in range(1, max(1, int(width / least)) + 1) if alike % n == 0)
-
-
-def _title(figure: Figure, data: model.Figure, width: float) -> None:
-    """The title, with what has to be known to read the charts."""
-    notes = [*data.notes]
-    notes += [HOLLOW] if any(each.unranked for chart in data.charts for each in chart.series) else []
-    notes += [BEYOND] if any(chart.far for chart in data.charts) else []
-    text = f"{drawable(data.dataset)}: {drawable(data.title)}" + (f" ({'; '.join(notes)})" if notes else "")
-    figure.suptitle(wrapped(text, width))
-
-
-def _legend(figure: Figure, charts: list[model.Chart], styles: Mapping[str, MethodStyle]) -> None:
-    """One legend for all panels, below them; the figure grows by its height. None where rows name all."""
-    from retarget_bench.figures.plotting import panels
-
-    handles = {
-        drawable(each.title): panels.sample(each, styles[each.method], joined=chart.joined)
-        for chart in charts
-        if not chart.named
-        for each in chart.series
-    }
-    if not handles:
-        return
-    columns = min(
-        len(handles), max(1, int(figure.get_figwidth() / (0.5 + LETTER * max(map(len, handles)))))
-    )
-    rows = math.ceil(len(handles) / columns)
-    figure.set_figheight(figure.get_figheight() + 0.15 * rows + 0.1)
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", frameon=False,
-                  ncols=columns, handlelength=2.6)  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------------------- words

@@ -20,17 +20,18 @@ from markupsafe import Markup, escape
 from retarget_bench.errors import printable
 from retarget_bench.figures.data.model import Chart, Mark, Series, SkeletonChart
 from retarget_bench.figures.palette import MethodStyle
-from retarget_bench.figures.plotting import canvas, panels
+from retarget_bench.figures.plotting import canvas, drawing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH, SMALL = canvas.WIDTHS["column"], (1.3, 1.75)
 """Inches: of a chart, and width and height of a skeleton."""
-LINE, TICKS, EDGE = 0.155, 0.2, 0.1
-"""Inches: of a line of words, of numbers below an axis with their gap, and left free at the sides."""
+TICKS, EDGE = 0.2, 0.1
+"""Inches: of numbers below an axis with their gap, and left free at the sides."""
 DROPPED = frozenset(["metadata", "style", "title"])
 """Elements of a file that mean nothing within a page."""
+HREF = "{http://www.w3.org/1999/xlink}href"
 KEPT = ("d", "x", "y", "width", "height", "transform", "clip-path", "href", "style")
 OWN = frozenset(
     ["font", "font-family", "font-size", "stroke-linecap", "stroke-linejoin", "stroke-miterlimit"]
@@ -58,11 +59,11 @@ def chart(data: Chart, styles: Mapping[str, MethodStyle], name: str, say: Callab
             picks = tuple(_pick(mark, label, say) for mark in marks)
             leading = _attributes(class_=style.name, data_method=series.method)
             groups[f"{number}-{group}"] = _Group(leading, picks)
-    with _figure(WIDTH, sum(_around(data)[1::2]) + panels.body(data)) as (figure, written):
+    with _figure(WIDTH, sum(_around(data)[1::2]) + drawing.body(data)) as (figure, written):
         left, top, right, bottom = _around(data)
         width, height = figure.get_size_inches()
         box = (left / width, bottom / height, 1 - (left + right) / width, 1 - (top + bottom) / height)
-        panels.panel(figure.add_axes(box), data, styles, WIDTH)
+        drawing.panel(figure.add_axes(box), data, styles, WIDTH)
     value = next(mark.cases.value for each in data.series for mark in (*each.marks, *each.extra))
     label = f"{data.title}: {data.value.label}; {_ranges(data.series)}"
     return _svg(written, groups, name, label, "chart", data_split=data.split, data_value=value)
@@ -73,7 +74,7 @@ def skeleton(
 ) -> Markup:
     """A body as an element; the parameters as of ``chart``."""
     with _figure(*SMALL) as (figure, written):
-        drawn = panels.skeleton(figure, data)
+        drawn = drawing.skeleton(figure, data)
     own = _attributes(data_method=data.method)
     groups = {
         gid: _Group(own, tuple(_pick(m, data.method, say) for m in marks)) for gid, marks in drawn.items()
@@ -87,7 +88,7 @@ def skeleton(
 def sample(style: MethodStyle, unranked: str, name: str) -> Markup:
     """A line and a mark of a method, for a legend."""
     with _figure(0.45, 0.2) as (figure, written):
-        line = panels.sample(Series("", "", (), unranked), style, joined=True)
+        line = drawing.sample(Series("", "", (), unranked), style, joined=True)
         line.set_data([0.05, 0.5, 0.95], [0.5, 0.5, 0.5])
         line.set(markevery=[1], transform=figure.transFigure)
         figure.add_artist(line)
@@ -110,12 +111,12 @@ def _figure(width: float, height: float) -> Iterator[tuple[Figure, io.BytesIO]]:
 
 def _around(data: Chart) -> tuple[float, float, float, float]:
     """Inches that words take at the left, top, right and bottom of a chart."""
-    names = [len(panels.row_name(text, WIDTH)) for _, text in data.at.ticks] if data.rows else []
+    names = [len(drawing.row_name(text, WIDTH)) for _, text in data.at.ticks] if data.rows else []
     below, title, second = (
-        LINE * (canvas.wrapped(words, panels.WORDS * WIDTH).count("\n") + 1) if words else 0.0
+        canvas.LINE * (canvas.wrapped(words, drawing.WORDS * WIDTH).count("\n") + 1) if words else 0.0
         for words in (data.x.label, data.title, data.above[0] if data.above else "")
     )
-    slanted = LINE if data.x.log and data.x.ticks else 0.0
+    slanted = canvas.LINE if data.x.log and data.x.ticks else 0.0
     top = EDGE + title + (TICKS + second if second else 0.0)
     return canvas.LETTER * max(names, default=8) + EDGE, top, 2 * EDGE, TICKS + slanted + below
 
@@ -152,62 +153,74 @@ def _svg(
     root = ElementTree.fromstring(written.getvalue())
     used = re.findall(rb'(?:href="#|url\(#)([^")]+)', written.getvalue())
     ids = {each.decode(): f"{name}-{number}" for number, each in enumerate(dict.fromkeys(used))}
-    inside = "".join(_element(each, groups, ids) for each in root)
+    shapes = {
+        each.get("id", ""): each.attrib.pop("style", "") for each in root.iter() if each.get("id") in ids
+    }
+    inside = _Writer(groups, ids, shapes).all_of(root)
     words = _attributes(role="group", aria_label=label) if label else _attributes(aria_hidden="true")
     start = _attributes(class_=kind, viewBox=root.get("viewBox", ""), **data)
     return Markup(f"<svg{start}{words}>{inside}</svg>")
 
 
-def _element(node: Element, groups: Mapping[str, _Group], ids: Mapping[str, str]) -> str:
-    """An element as text, without what means nothing within a page."""
-    tag = _local(node.tag)
-    if tag in DROPPED:
-        return ""
-    if (group := groups.get(node.get("id", ""))) is not None:
-        return _group(node, group, ids)
-    inside = "".join(_element(each, groups, ids) for each in node)
-    attributes = _kept(node, ids)
-    if tag in ("g", "defs") and not inside:
-        return ""
-    if tag == "g" and not attributes:
-        return inside
-    text = str(escape(node.text)) if tag == "text" and node.text else ""
-    return f"<{tag}{attributes}>{text}{inside}</{tag}>" if text or inside else f"<{tag}{attributes}/>"
+@dataclass(frozen=True)
+class _Writer:
+    """Writes elements without what means nothing within a page. ids: those used, and what they are here;
+    shapes: the style of each."""
 
+    groups: Mapping[str, _Group]
+    ids: Mapping[str, str]
+    shapes: Mapping[str, str]
 
-def _group(node: Element, group: _Group, ids: Mapping[str, str]) -> str:
-    """What belongs to a method; its marks share one style."""
-    marks = [each for each in node.iter() if _local(each.tag) == "use"]
-    if not group.marks:
-        return f"<g{group.attributes}>{''.join(_element(each, {}, ids) for each in node)}</g>"
-    (shape,) = (each for each in node.iter() if _local(each.tag) == "path")
-    style = _style(f"{shape.get('style', '')}; {marks[0].get('style', '')}")
-    for each in (shape, *marks):
-        each.attrib.pop("style", None)
-    drawn = "".join(
-        f"<use{_kept(each, ids)}{pick}/>" for each, pick in zip(marks, group.marks, strict=True)
-    )
-    return f"<g{group.attributes}{style}><defs>{_element(shape, {}, ids)}</defs>{drawn}</g>"
+    def all_of(self, node: Element) -> str:
+        return "".join(map(self.element, node))
+
+    def element(self, node: Element) -> str:
+        tag = _local(node.tag)
+        if tag in DROPPED:
+            return ""
+        if (group := self.groups.get(node.get("id", ""))) is not None:
+            return self.group(node, group)
+        inside, attributes = self.all_of(node), self.attributes(node)
+        if tag in ("g", "defs") and not inside:
+            return ""
+        if tag == "g" and not attributes:
+            return inside
+        text = str(escape(node.text)) if tag == "text" and node.text else ""
+        return f"<{tag}{attributes}>{text}{inside}</{tag}>" if text or inside else f"<{tag}{attributes}/>"
+
+    def group(self, node: Element, group: _Group) -> str:
+        """What belongs to a method; its marks share one style."""
+        marks = [each for each in node.iter() if _local(each.tag) == "use"]
+        if not group.marks:
+            return f"<g{group.attributes}>{self.all_of(node)}</g>"
+        shape = marks[0].get(HREF, "")[1:]
+        style = _style(f"{self.shapes[shape]}; {marks[0].get('style', '')}")
+        for each in marks:
+            each.attrib.pop("style", None)
+        drawn = "".join(
+            f"<use{self.attributes(each)}{pick}/>" for each, pick in zip(marks, group.marks, strict=True)
+        )
+        paths = "".join(map(self.element, (each for each in node.iter() if _local(each.tag) == "defs")))
+        return f"<g{group.attributes}{style}>{paths}{drawn}</g>"
+
+    def attributes(self, node: Element) -> str:
+        """The attributes that matter, short: numbers with one decimal, ids of this page."""
+        found = {_local(key): value for key, value in node.items()}
+        texts = [f' id="{self.ids[found["id"]]}"'] if found.get("id") in self.ids else []
+        for key in KEPT:
+            if key == "style":
+                texts.append(_style(found.get(key, "")))
+            elif key in ("href", "clip-path") and key in found:
+                own = re.sub(r"#([^)]+)", lambda match: f"#{self.ids[match[1]]}", found[key])
+                texts.append(f' {key}="{own}"')
+            elif key in found and not found[key].startswith("rotate(-0 "):
+                texts.append(f' {key}="{_short(found[key])}"')
+        return "".join(texts)
 
 
 def _local(name: Any) -> str:
     """The name of an element or attribute without its namespace."""
     return str(name).rpartition("}")[2]
-
-
-def _kept(node: Element, ids: Mapping[str, str]) -> str:
-    """The attributes that matter, short: numbers with one decimal, ids of this page."""
-    found = {_local(key): value for key, value in node.items()}
-    texts = [f' id="{ids[found["id"]]}"'] if found.get("id") in ids else []
-    for key in KEPT:
-        if key == "style":
-            texts.append(_style(found.get(key, "")))
-        elif key in ("href", "clip-path") and key in found:
-            own = re.sub(r"#([^)]+)", lambda match: f"#{ids[match[1]]}", found[key])
-            texts.append(f' {key}="{own}"')
-        elif key in found and not found[key].startswith("rotate(-0 "):
-            texts.append(f' {key}="{_short(found[key])}"')
-    return "".join(texts)
 
 
 def _short(text: str) -> str:

@@ -1,4 +1,4 @@
-"""A chart in its panel, the same in files and on pages.
+"""A chart in its panel, the same in files and on pages, and the panels of a file.
 
 Artists of a series have a gid, ``NUMBER-GROUP``, by which ``page_svg`` finds them: its number in the chart
 and what it is, ``line``, ``box`` or a group of marks.
@@ -6,16 +6,22 @@ and what it is, ``line``, ``box`` or a group of marks.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from retarget_bench.figures import palette
-from retarget_bench.figures.data.model import Axis, Chart, Mark, Series, SkeletonChart
+from retarget_bench.figures.data import values
+from retarget_bench.figures.data.model import Axis, Chart, Figure, Mark, Series, SkeletonChart
 from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.figures.plotting import canvas
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawn
 
 MARKS = "osD^vPX*"
 DASHES: dict[str, Any] = {
@@ -29,8 +35,10 @@ DOT, TICKS = 2.2, 5
 """Points of a clip's mark, and most ticks of an axis."""
 LEAST, MOST = 2.4, 8.5
 """Points: joints without and with the largest error."""
-AROUND, NAME = 0.1, 0.3
+EDGE, NAME = 0.1, 0.3
 """Inches around a body, and above it for its method's name."""
+PANEL, AROUND = 2.2, 0.62
+"""Inches that a panel is wide at least, and what its title and axes take of its height."""
 ROW, LINES, TALL = 0.19, 1.75, 2.3
 """Inches: of a row, of lines, and of lines over two axes alike."""
 LANE, BESIDE = 0.17, 6.0
@@ -87,8 +95,8 @@ def _put(chart: Chart, places: Sequence[float], numbers: Sequence[float]) -> tup
 
 
 def _series(axes: Any, chart: Chart, series: Series, style: MethodStyle, number: int) -> None:
-    """A line with its marks, their intervals as whiskers, which stand beside each other; a box; and
-    arrowheads at the edge."""
+    """A line with its marks, their intervals as whiskers, those of several lines beside each other; a box;
+    and arrowheads at the edge."""
     from matplotlib.transforms import ScaledTranslation
 
     def draw(group: str, places: Sequence[float], numbers: Sequence[float], **more: Any) -> None:
@@ -108,7 +116,7 @@ def _series(axes: Any, chart: Chart, series: Series, style: MethodStyle, number:
         gap = float("nan")
         ends = [end for _, span in spans for end in (span.low, span.high, gap)]
         at = [place for each, _ in spans for place in (each, each, gap)]
-        across = 0.0 if chart.rows else BESIDE * ((number + 0.5) / len(chart.series) - 0.5)
+        across = BESIDE * ((number + 0.5) / len(chart.series) - 0.5) if chart.joined else 0.0
         beside = ScaledTranslation(across / 72.0, 0.0, axes.figure.dpi_scale_trans)
         more = {"solid_capstyle": "butt", "transform": axes.transData + beside}
         draw("line", at, ends, linewidth=0.8, alpha=0.7, **more)
@@ -145,12 +153,89 @@ def _axis(axis: Any, data: Axis, width: float) -> None:
         axis.set_major_locator(LogLocator(subs=(1.0,) if data.high > 50 * data.low else (1.0, 2.0, 5.0)))
         axis.set_minor_locator(NullLocator())
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.10g}"))
+    else:
+        axis.set_major_locator(MaxNLocator(TICKS))
     if data.ticks:
         axis.set_ticks([at for at, _ in data.ticks], [text for _, text in data.ticks])
         if data.log:
             axis.axes.tick_params(axis=axis.axis_name, labelrotation=45)
     axis.axes.set(**{f"{axis.axis_name}lim": (data.low, data.high)})
     axis.set_label_text(canvas.wrapped(data.label, width))
+
+
+# -------------------------------------------------------------------------------------------------- files
+def draw(
+    path: Path,
+    data: Figure,
+    styles: Mapping[str, MethodStyle],
+    width: float = canvas.WIDTHS["page"],
+    *,
+    titled: bool = True,
+) -> None:
+    """Draw the charts of a figure side by side, of the methods that are shown without being asked for.
+
+    width: inches. titled: whether a title stands above them, like a caption. Raises BenchError for a file
+    of an unknown kind.
+    """
+    labels = values.shown((each.method for chart in data.charts for each in chart.series), styles)
+    charts = [
+        replace(chart, series=tuple(each for each in chart.series if each.method in labels))
+        for chart in data.charts
+    ]
+    across = _across(charts, width)
+    rows = [charts[at : at + across] for at in range(0, len(charts), across)]
+    heights = [AROUND + max(map(body, row)) for row in rows]
+    with canvas.drawn(path, width, sum(heights) + 0.2) as figure:
+        grid = figure.subplots(len(rows), across, squeeze=False, height_ratios=heights)
+        for axes in grid.flat[len(charts) :]:
+            axes.set_visible(False)
+        for axes, chart in zip(grid.flat, charts, strict=False):
+            panel(axes, chart, styles, width / across)
+        if titled:
+            _title(figure, replace(data, charts=tuple(charts)), width)
+        _legend(figure, charts, styles)
+
+
+def _across(charts: list[Chart], width: float) -> int:
+    """How many panels stand in a row: as many as there is room for of those that show the same value, and
+    all rows full."""
+    alike = sum(chart.value.label == charts[0].value.label for chart in charts)
+    least = width if charts[0].named else PANEL
+    return max(n for n in range(1, max(1, int(width / least)) + 1) if alike % n == 0)
+
+
+def _title(figure: Drawn, data: Figure, width: float) -> None:
+    """The title, with what has to be known to read the charts."""
+    notes = [*data.notes]
+    notes += [canvas.HOLLOW] if any(each.unranked for chart in data.charts for each in chart.series) else []
+    notes += [canvas.BEYOND] if any(chart.far for chart in data.charts) else []
+    text = f"{canvas.drawable(data.dataset)}: {canvas.drawable(data.title)}" + (
+        f" ({'; '.join(notes)})" if notes else ""
+    )
+    figure.suptitle(canvas.wrapped(text, width))
+
+
+def _legend(figure: Drawn, charts: list[Chart], styles: Mapping[str, MethodStyle]) -> None:
+    """One legend for all panels, below them; the figure grows by its height. None where rows name all."""
+    width = figure.get_figwidth()
+    handles = {
+        canvas.wrapped(canvas.drawable(each.title), width - canvas.HANDLE): sample(
+            each, styles[each.method], joined=chart.joined
+        )
+        for chart in charts
+        if not chart.named
+        for each in chart.series
+    }
+    if not handles:
+        return
+    longest = max(len(line) for label in handles for line in label.splitlines())
+    columns = min(len(handles), max(1, int(width / (canvas.HANDLE + canvas.LETTER * longest))))
+    lines = max(label.count("\n") + 1 for label in handles)
+    figure.set_figheight(
+        figure.get_figheight() + canvas.LINE * lines * math.ceil(len(handles) / columns) + 0.1
+    )
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", frameon=False,
+                  ncols=columns, handlelength=2.6)  # fmt: skip
 
 
 # -------------------------------------------------------------------------------------------- skeletons
@@ -184,6 +269,6 @@ def _fitted(chart: SkeletonChart, width: float, height: float) -> np.ndarray:
     """``(joints, 2)`` inches: the body in a picture of this size, below two lines of a name."""
     places = np.array(chart.places)
     low, high = places.min(axis=0), places.max(axis=0)
-    room = np.array([width - 2 * AROUND, height - 2 * AROUND - NAME])
+    room = np.array([width - 2 * EDGE, height - 2 * EDGE - NAME])
     scale = float((room / np.maximum(high - low, 1e-6)).min())
-    return np.asarray((places - 0.5 * (low + high)) * scale + AROUND + 0.5 * room)
+    return np.asarray((places - 0.5 * (low + high)) * scale + EDGE + 0.5 * room)
