@@ -125,12 +125,9 @@ def _picture(
         heading = f"{each.split}, structure {each.structure}, drawn as {each.body}"
         panels.setdefault(heading, []).append(page_svg.skeleton(each, styles, f"{name}-{number}", say))
         scale = f"{each.errors.high:.3g} and more, {each.errors.label}"
-    notes = dict.fromkeys(note for figure in figures for note in figure.notes)
-    shown = [each for chart in charts for each in chart.series]
-    notes |= dict.fromkeys([canvas.HOLLOW] if any(each.unranked for each in shown) else [])
-    notes |= dict.fromkeys([canvas.BEYOND] if any(chart.far for chart in charts) else [])
-    sentence = "; ".join(notes)
-    reading = f"{READINGS[kind][1]} {sentence[:1].upper()}{sentence[1:]}." if notes else READINGS[kind][1]
+    own = dict.fromkeys(note for figure in figures for note in figure.notes)
+    notes = "; ".join([*own, *canvas.notes(charts)])
+    reading = READINGS[kind][1] + (f" {notes[0].upper()}{notes[1:]}." if notes else "")
     kept = tuple((heading, tuple(each)) for heading, each in panels.items() if each)
     return Picture(kind, READINGS[kind][0], reading, kept, scale)
 

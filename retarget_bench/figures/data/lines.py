@@ -39,7 +39,7 @@ SIDE = 0.02
 """Of an axis, what is left free at its ends."""
 TICKS = 8
 """Most ticks of an axis of seconds."""
-MEANS = ("means over clips", "whiskers: 95 %")
+MEANS = ("means over clips",)
 
 
 # ------------------------------------------------------------------------------------------------ curves

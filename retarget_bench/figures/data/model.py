@@ -1,7 +1,7 @@
 """Chart data before drawing: series of marks with intervals, limits, and the cases behind each mark."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from retarget_bench.analysis.summary import Mean
 from retarget_bench.errors import BenchError
@@ -120,11 +120,6 @@ class Chart:
     def y(self) -> Axis:
         return self.at if self.rows else self.value
 
-    @property
-    def far(self) -> bool:
-        """True where a mark lies beyond the axis."""
-        return any(way in series.groups(self.value) for series in self.series for way in ARROWS)
-
 
 @dataclass(frozen=True)
 class SkeletonChart:
@@ -146,12 +141,12 @@ class SkeletonChart:
 
 @dataclass(frozen=True)
 class Figure:
-    """Charts of one kind. title: what they show. dataset: the label of the data. notes: how to read
-    intervals, and what is left out."""
+    """Charts of one kind. title: what they show. dataset: the label of the data. notes: what their numbers
+    are, and what is left out."""
 
     kind: str
     dataset: str
     title: str
     charts: tuple[Chart, ...] = ()
     skeletons: tuple[SkeletonChart, ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()

@@ -22,7 +22,6 @@ DOTS = 60
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 LANES = 0.8
 """Of a row, what the marks of all methods share."""
-WHISKERS = "whiskers: 95 %"
 
 
 def _rows(names: Sequence[str]) -> Axis:
@@ -81,7 +80,7 @@ def kinds(matrices: Sequence[ResultMatrix], value: str, styles: Styles) -> Figur
         charts.append(
             Chart(matrix.split, matrix.split, _rows(names), Axis(what.axis, *ends), series, rows=True)
         )
-    return Figure("kinds", ordered[0].dataset, "by kind of performance", tuple(charts), notes=(WHISKERS,))
+    return Figure("kinds", ordered[0].dataset, "by kind of performance", tuple(charts))
 
 
 # -------------------------------------------------------------------------------------------------- ties
@@ -116,7 +115,7 @@ def ties(matrices: Sequence[ResultMatrix], value: str, styles: Styles) -> Figure
         )
         raise NothingToDraw(f"{why_not} in these results, so there are no ties to show")
     title = "a bar joins what the data cannot tell from the best"
-    return Figure("ties", matrices[0].dataset, title, tuple(charts), notes=(WHISKERS,))
+    return Figure("ties", matrices[0].dataset, title, tuple(charts))
 
 
 # ------------------------------------------------------------------------------------------------- speed
@@ -126,13 +125,14 @@ def speed(matrices: Sequence[ResultMatrix], value: str, styles: Styles) -> Figur
     NothingToDraw where no method has both."""
     what = values.value_of(matrices, value)
     ordered = values.in_order(matrices, styles)
-    charts, notes = [], [WHISKERS]
+    charts: list[Chart] = []
+    notes: list[str] = []
     for matrix in ordered:
         section = split_summary(matrix.narrowed(value))
         why = values.unranked(matrix, value)
         timed = [score for score in section.scores if score.fps and value in score.means]
         slow = {score.label: reason for score in timed if (reason := section.slower(score))}
-        notes += [f"{matrix.split}: {label} is left out, {reason}" for label, reason in slow.items()]
+        notes += [f"left out of {matrix.split}: {label}, {reason}" for label, reason in slow.items()]
         marks = {s.label: Mark(s.fps or 0.0, s.means[value], Cases(matrix.split, value)) for s in timed}
         series = tuple(
             Series(label, label, (mark,), why[label]) for label, mark in marks.items() if label not in slow

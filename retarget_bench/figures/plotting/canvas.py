@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import textwrap
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from retarget_bench.errors import BenchError
 from retarget_bench.figures import palette
+from retarget_bench.figures.data.model import ARROWS, Chart
 from retarget_bench.files import atomic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
 
 ENDINGS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 """Kind of file -> what else it would say of the time or program that made it."""
@@ -26,8 +26,6 @@ LETTER = 0.056
 LINE, HANDLE = 0.155, 0.65
 """Inches: of a line of words, and of a line beside a name in a legend."""
 LONGEST = 60
-BEYOND = "arrowheads: off the scale"
-HOLLOW = "hollow: not ranked"
 RC_PARAMS: dict[str, Any] = {
     "font.size": 8, "axes.titlesize": 8, "axes.labelsize": 8, "figure.titlesize": 8, "figure.labelsize": 8,
     "xtick.labelsize": 7, "ytick.labelsize": 7, "legend.fontsize": 7,
@@ -76,6 +74,17 @@ def drawn(path: Path, width: float, height: float) -> Iterator[Figure]:
 
 
 # ------------------------------------------------------------------------------------------------- words
+def notes(charts: Sequence[Chart]) -> list[str]:
+    """How charts are read."""
+    shown = [(chart.value, each) for chart in charts for each in chart.series]
+    needed = {
+        "whiskers: 95 %": any(mark.mean.interval is not None for _, each in shown for mark in each.marks),
+        "hollow: not ranked": any(each.unranked for _, each in shown),
+        "arrowheads: off the scale": any(each.groups(axis).keys() & {*ARROWS} for axis, each in shown),
+    }
+    return [note for note, is_needed in needed.items() if is_needed]
+
+
 def drawable(name: str) -> str:
     """A name as it can be drawn: on one line, of a length that fits, not hidden for its first letter."""
     clean = "".join(c if c.isprintable() else " " for c in name.encode("utf-8", "replace").decode())
@@ -90,12 +99,10 @@ def wrapped(text: str, width: float) -> str:
     return "\n".join(textwrap.wrap(text, max(1, int(width / LETTER))))
 
 
-def heading(name: str, width: float) -> str:
-    """A method's name above a panel of so many inches: one that is too long has its parameters below it."""
+def shortened(name: str, most: int) -> str:
+    """A name in so many letters; what is left out is in the middle, for parameters stand at the end."""
     text = drawable(name)
-    if LETTER * len(text) <= width:
-        return text
-    return "\n".join(wrapped(part, width) for part in text.replace("[", "\n[", 1).splitlines())
+    return text if len(text) <= most else f"{text[: most - most // 2 - 1]}…{text[-(most // 2) :]}"
 
 
 def errors_map() -> Any:

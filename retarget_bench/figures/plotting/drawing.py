@@ -29,7 +29,7 @@ DASHES: dict[str, Any] = {
 }  # fmt: skip
 ARROWHEADS = {(True, "above"): ">", (True, "below"): "<", (False, "above"): "^", (False, "below"): "v"}
 """Whether places are rows, and the group of marks -> its shape."""
-SIZES = {"marks": 3.5, "extra": 6.0}
+SIZES = {"marks": 3.5, "extra": 6.0, "above": 4.5, "below": 4.5}
 """Points, of marks by their group."""
 DOT, TICKS = 2.2, 5
 """Points of a clip's mark, and most ticks of an axis."""
@@ -56,9 +56,8 @@ def body(chart: Chart) -> float:
 
 
 def row_name(text: str, width: float) -> str:
-    """The name of a row in a panel of so many inches; what is left out is in the middle."""
-    name, most = canvas.drawable(text), max(8, int(NAMES * width / canvas.LETTER))
-    return name if len(name) <= most else f"{name[: most - most // 2 - 1]}…{name[-(most // 2) :]}"
+    """The name of a row in a panel of so many inches."""
+    return canvas.shortened(text, max(8, int(NAMES * width / canvas.LETTER)))
 
 
 def panel(axes: Any, chart: Chart, styles: Mapping[str, MethodStyle], width: float) -> None:
@@ -121,7 +120,7 @@ def _series(axes: Any, chart: Chart, series: Series, style: MethodStyle, number:
         more = {"solid_capstyle": "butt", "transform": axes.transData + beside}
         draw("line", at, ends, linewidth=0.8, alpha=0.7, **more)
     for group, marks in series.groups(chart.value).items():
-        size = DOT if series.box and group == "marks" else SIZES.get(group, 4.5)
+        size = DOT if series.box and group == "marks" else SIZES[group]
         face = "white" if series.unranked else style.colour
         shape = ARROWHEADS.get((chart.rows, group)) or ("o" if series.box else MARKS[style.shape])
         numbers = np.clip([mark.mean.value for mark in marks], chart.value.low, chart.value.high).tolist()
@@ -206,35 +205,29 @@ def _across(charts: list[Chart], width: float) -> int:
 
 def _title(figure: Drawn, data: Figure, width: float) -> None:
     """The title, with what has to be known to read the charts."""
-    notes = [*data.notes]
-    notes += [canvas.HOLLOW] if any(each.unranked for chart in data.charts for each in chart.series) else []
-    notes += [canvas.BEYOND] if any(chart.far for chart in data.charts) else []
-    text = f"{canvas.drawable(data.dataset)}: {canvas.drawable(data.title)}" + (
-        f" ({'; '.join(notes)})" if notes else ""
-    )
-    figure.suptitle(canvas.wrapped(text, width))
+    notes = "; ".join([*data.notes, *canvas.notes(data.charts)])
+    text = f"{canvas.drawable(data.dataset)}: {canvas.drawable(data.title)}"
+    figure.suptitle(canvas.wrapped(f"{text} ({notes})" if notes else text, width))
 
 
 def _legend(figure: Drawn, charts: list[Chart], styles: Mapping[str, MethodStyle]) -> None:
     """One legend for all panels, below them; the figure grows by its height. None where rows name all."""
-    width = figure.get_figwidth()
-    handles = {
-        canvas.wrapped(canvas.drawable(each.title), width - canvas.HANDLE): sample(
-            each, styles[each.method], joined=chart.joined
-        )
+    named = {
+        each.title: sample(each, styles[each.method], joined=chart.joined)
         for chart in charts
         if not chart.named
         for each in chart.series
     }
-    if not handles:
+    if not named:
         return
-    longest = max(len(line) for label in handles for line in label.splitlines())
-    columns = min(len(handles), max(1, int(width / (canvas.HANDLE + canvas.LETTER * longest))))
-    lines = max(label.count("\n") + 1 for label in handles)
-    figure.set_figheight(
-        figure.get_figheight() + canvas.LINE * lines * math.ceil(len(handles) / columns) + 0.1
-    )
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", frameon=False,
+    width = figure.get_figwidth()
+    most = max(2.4, 0.5 * width) - canvas.HANDLE
+    names = [canvas.wrapped(canvas.drawable(title), most) for title in named]
+    longest = max(len(line) for name in names for line in name.splitlines())
+    columns = min(len(names), max(1, int(width / (canvas.HANDLE + canvas.LETTER * longest))))
+    lines = math.ceil(len(names) / columns) * max(name.count("\n") + 1 for name in names)
+    figure.set_figheight(figure.get_figheight() + canvas.LINE * lines + 0.1)
+    figure.legend(list(named.values()), names, loc="outside lower center", frameon=False,
                   ncols=columns, handlelength=2.6)  # fmt: skip
 
 
@@ -260,8 +253,10 @@ def skeleton(figure: Any, chart: SkeletonChart) -> dict[str, tuple[Mark, ...]]:
             marker="o", markersize=LEAST + (MOST - LEAST) * shade / (palette.SHADES - 1),
             markerfacecolor=palette.shades()[shade], markeredgecolor="0.2", markeredgewidth=0.5,
         )  # fmt: skip
-    name = canvas.heading(chart.method, figure.get_figwidth())
-    figure.text(0.5, 0.98, name, ha="center", va="top", fontsize=9)
+    most = int(figure.get_figwidth() / canvas.LETTER)
+    names = chart.method.replace("[", "\n[", 1).splitlines() if len(chart.method) > most else [chart.method]
+    name = "\n".join(canvas.shortened(each, most) for each in names)
+    figure.text(0.5, 0.98, name, ha="center", va="top")
     return {f"0-{shade}": tuple(marks) for shade, marks in drawn.items()}
 
 
