@@ -109,7 +109,7 @@ def _series(axes: Any, chart: Chart, series: Series, style: MethodStyle, number:
     if chart.joined:
         line = "--" if series.unseen else DASHES[style.dash]
         at, numbers = [mark.at for mark in series.marks], [mark.mean.value for mark in series.marks]
-        draw("line", at, numbers, linestyle=line, linewidth=1.2)
+        draw("line", at, numbers, linestyle=line, linewidth=1.2, label=canvas.drawable(series.title))
     spans = [(mark.at, mark.mean.interval) for mark in series.marks if mark.mean.interval is not None]
     if spans:
         gap = float("nan")
