@@ -41,45 +41,31 @@ def _limits(
 # ------------------------------------------------------------------------------------------------- kinds
 def kinds(matrices: Sequence[ResultMatrix], value: str, styles: Styles) -> Figure:
     """A row per kind of performance and a mark per method, a chart per split; the kind with the median
-    method's largest error at the top. A ranked method that answered too few cases of a kind has no mark in
-    it. Raises NothingToDraw where no result has the value."""
+    method's largest error at the top. Raises NothingToDraw where no result has the value."""
     what = values.value_of(matrices, value)
     ordered = values.in_order([each for each in matrices if value in each.values], styles)
     charts = []
     for matrix in ordered:
-        parts = {part.part: part for part in breakdown(matrix.narrowed(value), "kind")}
-        why = values.unranked(matrix)
-        means = {
-            kind: {
-                label: mean
-                for label, mean in values.means(part, value).items()
-                if why[label] or not values.unranked(part, value)[label]
-            }
-            for kind, part in parts.items()
-        }
-        middle = {
-            kind: median(mean.value for mean in each.values()) for kind, each in means.items() if each
-        }
-        worse = what.losses(np.array(list(middle.values()))).tolist()
-        names = [kind for _, kind in sorted(zip(worse, middle, strict=True), key=lambda each: -each[0])]
+        parts = breakdown(matrix.narrowed(value), "kind")
         labels = [row.label for row in matrix.rows]
-        lanes = len(values.shown(labels, styles))
-        marks = {
-            label: tuple(
-                Mark(
-                    row + LANES * ((place % lanes + 0.5) / lanes - 0.5), means[kind][label],
-                    Cases(matrix.split, value, ("kind", kind)), kind,
-                )
+        shown, why = values.shown(labels, styles), values.unranked(matrix)
+        means = {part.part: values.means(part, value) for part in parts}
+        means = {kind: each for kind, each in means.items() if {*shown} & each.keys()}
+        middle = [median(m.value for label, m in each.items() if label in shown) for each in means.values()]
+        worse = what.losses(np.array(middle)).tolist()
+        names = [kind for _, kind in sorted(zip(worse, means, strict=True), key=lambda each: -each[0])]
+        series = []
+        for place, label in enumerate(labels):
+            lane = LANES * ((place % len(shown) + 0.5) / len(shown) - 0.5)
+            marks = tuple(
+                Mark(row + lane, means[kind][label], Cases(matrix.split, value, ("kind", kind)), kind)
                 for row, kind in enumerate(names)
                 if label in means[kind]
             )
-            for place, label in enumerate(labels)
-        }  # fmt: skip
-        series = tuple(Series(label, label, each, why[label]) for label, each in marks.items() if each)
-        ends = _limits(series, styles, what.declared)
-        charts.append(
-            Chart(matrix.split, matrix.split, _rows(names), Axis(what.axis, *ends), series, rows=True)
-        )
+            series += [Series(label, label, marks, why[label])] if marks else []
+        at, number = _rows(names), Axis(what.axis, *_limits(series, styles, what.declared))
+        if series:
+            charts.append(Chart(matrix.split, matrix.split, at, number, tuple(series), rows=True))
     return Figure("kinds", ordered[0].dataset, "by kind of performance", tuple(charts))
 
 

@@ -87,17 +87,16 @@ def shown(labels: Iterable[str], styles: Styles) -> list[str]:
 def unranked(matrix: ResultMatrix, value: str = "") -> dict[str, str]:
     """Label -> why a method is not ranked, by a value or at all; "" of those that are."""
     few = summary.common_numbers(matrix, value)[3] if value else {}
-    return {
-        row.label: ranking.unranked(row.header) or few.get(place, "")
-        for place, row in enumerate(matrix.rows)
-    }
+    reasons = ((row, few.get(place, "")) for place, row in enumerate(matrix.rows))
+    return {row.label: ranking.unranked(row.header) or why for row, why in reasons}
 
 
 def means(matrix: ResultMatrix, value: str) -> dict[str, Mean]:
-    """Label -> the mean over clips of means over cases, as in tables, of methods that have one."""
-    means_of = summary.means_over_clips(summary.common_numbers(matrix, value)[0], matrix.clips)
-    labels = [row.label for row in matrix.rows]
-    return {label: mean for label, mean in zip(labels, means_of, strict=True) if mean is not None}
+    """Label -> the mean over clips of means over cases, as in tables, of methods that have one; not of
+    those that lack so many of the cases that theirs would be over others."""
+    numbers, _, _, few = summary.common_numbers(matrix, value)
+    means_of = zip(matrix.rows, summary.means_over_clips(numbers, matrix.clips), strict=True)
+    return {row.label: m for k, (row, m) in enumerate(means_of) if m is not None and k not in few}
 
 
 def worst(
