@@ -146,7 +146,8 @@ READINGS = {
     "clips": (
         "Distribution over clips",
         "Every dot is a source clip, its cases averaged. Boxes hold the middle half of the clips, the line "
-        "in them is the median, thin lines reach from 5 to 95 %.",
+        "in them is the median, thin lines reach from 5 to 95 %; of more than "
+        f"{rows.DOTS} clips only those beyond have dots.",
     ),
     "kinds": (
         "By kind of performance",

@@ -63,3 +63,6 @@ def test_methods_that_were_timed_stand_over_their_speed(tmp_path):
         timing.write(stored.store(tmp_path, "intra", method, rows), [timing.Time("c", round(3 * fps), 3.0)])
     errors = {(each, ""): pytest.approx(0.55, abs=0.01) for each in speeds}  # of 0 to 1.1
     assert marks(tmp_path, "speed") == errors
+    text = (tmp_path / "r.html").read_text(encoding="utf-8")
+    said = dict(re.findall(r'aria-label="(\w+), ([\d,e+]+) frames per second: ', text))
+    assert {each: float(number.replace(",", "")) for each, number in said.items()} == pytest.approx(speeds)

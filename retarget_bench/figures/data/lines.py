@@ -159,7 +159,8 @@ def denoise(matrix: ResultMatrix, styles: Styles, halves: Sequence[SeenPart] = (
         guide=((0.0, 0.0), (most, most)),
         above=("standard deviation of the noise on each coordinate, cm", tuple(ticks)),
     )
-    return _task_figure("denoise", matrix, shown, [chart])
+    title = f"{shown[0].clip_count} clips at every level"
+    return Figure("denoise", matrix.dataset, title, (chart,), notes=MEANS)
 
 
 def joint_completion(matrix: ResultMatrix, styles: Styles, halves: Sequence[SeenPart] = ()) -> Figure:
@@ -191,7 +192,8 @@ def joint_completion(matrix: ResultMatrix, styles: Styles, halves: Sequence[Seen
         )
         y = Axis("error, cm", -SIDE * end, end)
         charts += [Chart(matrix.split, title, x, y, series, joined=True)] if series else []
-    return _task_figure("joint-completion", matrix, sections, charts)
+    title = f"{sections[0].clip_count} clips at every level"
+    return Figure("joint-completion", matrix.dataset, title, tuple(charts), notes=MEANS)
 
 
 def major_share(places: Iterable[ResultPaths]) -> float | None:
@@ -203,13 +205,6 @@ def major_share(places: Iterable[ResultPaths]) -> float | None:
         if MAJOR in each
     ]
     return fmean(shares) if shares else None
-
-
-def _task_figure(
-    kind: str, matrix: ResultMatrix, sections: Sequence[SplitSummary], charts: Sequence[Chart]
-) -> Figure:
-    title = f"{sections[0].clip_count} clips at every level"
-    return Figure(kind, matrix.dataset, title, tuple(charts), notes=MEANS)
 
 
 def _levels(matrix: ResultMatrix) -> list[SplitSummary]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from retarget_bench.analysis import statistics, summary
 from retarget_bench.analysis.breakdown import breakdown
-from retarget_bench.analysis.summary import Mean, split_summary
+from retarget_bench.analysis.summary import Mean, MethodSummary, split_summary
 from retarget_bench.figures import axis_limits
 from retarget_bench.figures.data import values
 from retarget_bench.figures.data.model import Axis, Cases, Chart, Figure, Mark, NothingToDraw, Series
@@ -119,9 +119,10 @@ def speed(matrices: Sequence[ResultMatrix], value: str, styles: Styles) -> Figur
         timed = [score for score in section.scores if score.fps and value in score.means]
         slow = {score.label: reason for score in timed if (reason := section.slower(score))}
         notes += [f"left out of {matrix.split}: {label}, {reason}" for label, reason in slow.items()]
-        marks = {s.label: Mark(s.fps or 0.0, s.means[value], Cases(matrix.split, value)) for s in timed}
         series = tuple(
-            Series(label, label, (mark,), why[label]) for label, mark in marks.items() if label not in slow
+            Series(score.label, score.label, (_timed(score, value, matrix.split),), why[score.label])
+            for score in timed
+            if score.label not in slow
         )
         if series:
             rates = [each.marks[0].at for each in series]
@@ -136,6 +137,11 @@ def speed(matrices: Sequence[ResultMatrix], value: str, styles: Styles) -> Figur
             "made elsewhere have none"
         )
     return Figure("speed", ordered[0].dataset, "quality against speed", tuple(charts), notes=tuple(notes))
+
+
+def _timed(score: MethodSummary, value: str, split: str) -> Mark:
+    fps = score.fps or 0.0
+    return Mark(fps, score.means[value], Cases(split, value), f"{fps:,.0f} frames per second")
 
 
 def best(marks: Sequence[Mark], declared: DeclaredValue) -> list[Mark]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from retarget_bench.figures import palette
 from retarget_bench.figures.data import values
-from retarget_bench.figures.data.model import Axis, Chart, Figure, Mark, Series, SkeletonChart
+from retarget_bench.figures.data.model import ARROWS, Axis, Chart, Figure, Mark, Series, SkeletonChart
 from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.figures.plotting import canvas
 
@@ -120,15 +120,20 @@ def _series(axes: Any, chart: Chart, series: Series, style: MethodStyle, number:
         more = {"solid_capstyle": "butt", "transform": axes.transData + beside}
         draw("line", at, ends, linewidth=0.8, alpha=0.7, **more)
     for group, marks in series.groups(chart.value).items():
-        size = DOT if series.box and group == "marks" else SIZES[group]
-        face = "white" if series.unranked else style.colour
-        shape = ARROWHEADS.get((chart.rows, group)) or ("o" if series.box else MARKS[style.shape])
+        look = _look(series, style, SIZES[group]) | {"linestyle": "none", "clip_on": False, "zorder": 3}
+        if series.box is not None:
+            look |= {"marker": "o", "markersize": DOT, "alpha": 0.7}
+        if group in ARROWS:
+            look |= {"marker": ARROWHEADS[chart.rows, group], "markersize": SIZES[group]}
         numbers = np.clip([mark.mean.value for mark in marks], chart.value.low, chart.value.high).tolist()
-        draw(
-            group, [mark.at for mark in marks], numbers, linestyle="none", marker=shape, markersize=size,
-            markerfacecolor=face, markeredgewidth=0.7, alpha=0.7 if series.box else None, clip_on=False,
-            zorder=3,
-        )  # fmt: skip
+        draw(group, [mark.at for mark in marks], numbers, **look)
+
+
+def _look(series: Series, style: MethodStyle, size: float) -> dict[str, Any]:
+    """How the marks of a series look."""
+    face = "white" if series.unranked else style.colour
+    shape = {"marker": MARKS[style.shape], "markersize": size}
+    return {**shape, "markerfacecolor": face, "markeredgewidth": 0.7}
 
 
 def sample(series: Series, style: MethodStyle, *, joined: bool) -> Any:
@@ -136,11 +141,8 @@ def sample(series: Series, style: MethodStyle, *, joined: bool) -> Any:
     from matplotlib.lines import Line2D
 
     line: Any = ("--" if series.unseen else DASHES[style.dash]) if joined else "none"
-    face = "white" if series.unranked else style.colour
-    return Line2D(
-        [], [], color=style.colour, linestyle=line, linewidth=1.2, marker=MARKS[style.shape],
-        markersize=SIZES["marks"], markerfacecolor=face, markeredgewidth=0.7,
-    )  # fmt: skip
+    look = _look(series, style, SIZES["marks"])
+    return Line2D([], [], color=style.colour, linestyle=line, linewidth=1.2, **look)
 
 
 def _axis(axis: Any, data: Axis, width: float) -> None:
