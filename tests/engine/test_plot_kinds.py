@@ -18,7 +18,8 @@ from retarget_bench.api import CaseInfo
 from retarget_bench.evaluation import timing
 from retarget_bench.figures import method_order, palette
 from retarget_bench.figures.axis_limits import MARGIN, ROOM, limits
-from retarget_bench.figures.data import rows
+from retarget_bench.figures.data import lines as line_charts
+from retarget_bench.figures.data import rows, values
 from retarget_bench.figures.data.model import Axis, Cases, Chart, Mark, Series
 from retarget_bench.figures.data.model import Figure as FigureData
 from retarget_bench.figures.plotting import canvas, drawing
@@ -239,6 +240,50 @@ def test_variants_are_grey_where_all_are_asked_for_and_methods_keep_their_colour
     plain, varied = seen
     assert varied.pop("copy_rotations[root_rule=none]") in palette.CONTROLS
     assert varied == plain
+
+
+# ------------------------------------------------------------------------------- what is not comparable
+def only(root: Path) -> panel.ResultMatrix:
+    (matrix,) = panel.result_matrices(store.find_results(root))
+    return matrix
+
+
+def test_a_speed_of_a_slower_moment_is_left_out_and_a_note_says_so(tmp_path):
+    for label, yardstick in (("quick", 0.01), ("even", 0.011), ("busy", 0.05)):
+        found = [("a>b", f"c{k}", {"mpjpe_h.world": 1.0 + k}) for k in range(12)]
+        timing.write(stored_rows(tmp_path, "cross", label, found), [timing.Time("c", 300, 1.0, yardstick)])
+    figure = rows.speed([only(tmp_path)], "mpjpe_h.world", {})
+    assert {series.method for series in figure.charts[0].series} == {"quick", "even"}
+    assert any(
+        "left out of cross: busy, timed when the machine was 5.0 times" in note for note in figure.notes
+    )
+
+
+def test_means_over_other_cases_are_not_drawn(tmp_path):
+    for label, count in (("all", 12), ("few", 9)):
+        values_of = [{"mpjpe_h.world": 1.0 + k} if k < count else {"ratio": 1.0} for k in range(12)]
+        stored_rows(
+            tmp_path, "cross", label, [("a>b", f"c{k:02}", each) for k, each in enumerate(values_of)]
+        )
+    matrix = only(tmp_path)
+    assert {label: mean.value for label, mean in values.means(matrix, "mpjpe_h.world").items()} == {
+        "all": 6.5
+    }
+    (series,) = rows.kinds([matrix], "mpjpe_h.world", {}).charts[0].series
+    assert series.method == "all"
+    boxes = rows.clips([matrix], "mpjpe_h.world", {}).charts[0].series
+    assert {each.method: each.unranked for each in boxes} == {"all": "", "few": "has it for 9 of 12 cases"}
+
+
+@pytest.mark.parametrize(("clips", "seconds"), [(12, [1, 2]), (5, [1, 2, 3])])
+def test_curves_end_where_too_few_clips_are_left_for_an_interval(tmp_path, clips, seconds):
+    short, long = ({str(second): 1.0 * second for second in range(1, end)} for end in (3, 4))
+    found = [("a>b", f"c{k:02}", {"curve": long if k < 3 else short}) for k in range(clips)]
+    stored_rows(tmp_path, "cross", "one", found)
+    matrix = only(tmp_path)
+    declared = {**matrix.values, "curve": replace(matrix.values["curve"], index="second")}
+    (chart,) = line_charts.growth([replace(matrix, values=declared)], "curve", {}).charts
+    assert [mark.at for mark in chart.series[0].marks] == seconds
 
 
 # ----------------------------------------------------------------------------------------------- the page

@@ -155,7 +155,7 @@ def _axis(axis: Any, data: Axis, width: float) -> None:
         axis.set_minor_locator(NullLocator())
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.10g}"))
     else:
-        axis.set_major_locator(MaxNLocator(TICKS))
+        axis.set_major_locator(MaxNLocator(TICKS, steps=[1, 2, 2.5, 5, 10]))
     if data.ticks:
         axis.set_ticks([at for at, _ in data.ticks], [text for _, text in data.ticks])
         if data.log:
