@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from markupsafe import Markup
+from tqdm import tqdm
 
 from retarget_bench.analysis import seen_unseen
 from retarget_bench.errors import BenchError
@@ -96,10 +97,9 @@ def pictures(chapter: Chapter, styles: Styles, name: str) -> list[Picture]:
     """All pictures of a chapter; styles: of all methods, by rank; name: of the chapter, for ids."""
     columns = {column.id: column for split in chapter.splits for column in split.values}
     say = partial(_words, columns=columns, decimals=chapter.splits[0].decimals)
-    return [
-        _picture(kind, drawn, styles, f"{name}-{kind}", say)
-        for kind, drawn in figures(chapter, styles).items()
-    ]
+    kinds = figures(chapter, styles)
+    bar = tqdm(kinds.items(), desc="drawing charts", unit="kind", leave=False, disable=None)
+    return [_picture(kind, drawn, styles, f"{name}-{kind}", say) for kind, drawn in bar]
 
 
 def _words(mark: Mark, columns: Mapping[str, Column], decimals: Mapping[str, int]) -> str:
