@@ -88,6 +88,8 @@ def command(names: tuple[str, ...], options: Options) -> None:
     out, kind, size = options.out, clips.ending(options.out), options.pixels
     if options.sheet and kind != clips.STILL:
         raise BenchError(f"{out}: a sheet is a still; end the name in {clips.STILL}")
+    if options.frame is not None and (options.sheet or kind != clips.STILL):
+        raise BenchError(f"{out}: --frame is of a still; a clip or a sheet takes --start and --end")
     scene = scene_of(names, options)
     if options.skin:
         scene = scene_builder.dressed(scene)

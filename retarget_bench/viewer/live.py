@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from functools import lru_cache
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -56,19 +57,23 @@ class Window(ThreadingHTTPServer):
     def answer(self, path: str, query: dict[str, str]) -> Any:
         """What the page asks for, for ``json.dumps``; None: there is no such thing. Raises BenchError."""
         with self._working:
-            case, state = query.get("case", ""), self.case_list.state()
+            case, state, listed = query.get("case", ""), self.case_list.state(), self.case_list
             if path == "/state":
                 return state
             if path == "/cases":
-                cases = self.case_list.refresh()
-                problem = self.case_list.problem
-                return {"cases": cases, "first": self._first, "problem": problem, "state": state}
+                cases = {each: listed.state_of(each) for each in listed.refresh()}
+                return {"cases": cases, "first": self._first, "problem": listed.problem, "state": state}
             if path == "/scene":
                 return packing.packed(self._scene(case, state), LIVE)
             if path == "/inside":
                 figure = self._scene(case, state).figures[int(query["figure"])]
                 return packing.inside_at(figure, int(query["frame"]), LIVE)
             return None
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A page that went away in the middle is no error of anybody's."""
+        if not isinstance(sys.exc_info()[1], ConnectionError | TimeoutError):
+            super().handle_error(request, client_address)
 
     def _packable(self, case: str, state: str) -> Scene:
         del state  # what it was made of
@@ -87,17 +92,17 @@ class _Asked(BaseHTTPRequestHandler):
         if wrong := foreign(self.headers, [f"{name}:{port}" for name in (HOST, "localhost")]):
             self._send(HTTPStatus.FORBIDDEN, wrong)
             return
-        asked = urlsplit(self.path)
-        if asked.path == "/":
-            self._send(HTTPStatus.OK, player.live_page(), "text/html")
-            return
         try:
+            asked = urlsplit(self.path)
+            if asked.path == "/":
+                self._send(HTTPStatus.OK, player.live_page(), "text/html")
+                return
             query = {key: values[-1] for key, values in parse_qs(asked.query).items()}
             found = self.server.answer(asked.path, query)
         except BenchError as error:
             self._send(HTTPStatus.CONFLICT, str(error))
         except (KeyError, IndexError, ValueError):
-            self._send(HTTPStatus.BAD_REQUEST, "no such figure or frame")
+            self._send(HTTPStatus.BAD_REQUEST, "no such address, figure or frame")
         else:
             known = found is not None
             status = HTTPStatus.OK if known else HTTPStatus.NOT_FOUND

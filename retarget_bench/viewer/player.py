@@ -26,10 +26,11 @@ def script() -> str:
     """One script without dependencies that defines ``RetargetPlayer`` and nothing else.
 
     ``RetargetPlayer.mount(element, packedScene, options)`` puts a player into an element and returns
-    ``{ready, seek(frame), select(labels), frame(), chosen(), destroy()}``; ``ready`` is a promise of the
-    first picture. Options, all optional: ``frame`` (from 0), ``labels`` (the figures to show), ``colours``
-    (label -> ``#rrggbb``), ``overlay``, ``skins``, ``autoplay`` (never where people asked for less motion)
-    and ``inside`` (figure, frame -> a promise of the corners of its skin that are inside the body).
+    ``{ready, seek(frame), select(labels), state(), destroy()}``; ``ready`` is a promise of the first
+    picture. Options, all optional: ``frame`` (from 0), ``labels`` (the figures to show), ``colours``
+    (label -> ``#rrggbb``), ``overlay``, ``skins``, ``autoplay`` (never where people asked for less
+    motion), ``state`` (of a player that this one goes on for) and ``inside`` (figure, frame -> a promise
+    of the corners of its skin that are inside the body).
     ``decode(packedScene)``, ``floorAt(ground, x, z)`` and, for figures with skins, ``surfaceAt(figure,
     frame, frames)`` are what it reads scenes with.
     """

@@ -19,7 +19,8 @@ from retarget_bench.figures import method_order
 from retarget_bench.files import digest
 from retarget_bench.motion import importer
 from retarget_bench.motion.character import Character, Positions
-from retarget_bench.motion.files import split_take, suffixes
+from retarget_bench.motion.file_kinds import kind_of
+from retarget_bench.motion.files import split_take
 from retarget_bench.motion.files.smpl import amass
 from retarget_bench.motion.fitting.fit import fit
 from retarget_bench.motion.motion import resampled_frames
@@ -236,16 +237,8 @@ def _read(files: Sequence[Path], body: Character | None) -> list[Prediction]:
     """Every file's motion, in their order; predictions last, since they need the bodies of the others."""
     motions: dict[Path, Prediction] = {}
     for path in files:
-        ending = split_take(path)[0].suffix.lower()
-        if ending == ".npz" and not amass.holds_motion(path):
-            continue
-        if ending in suffixes():
+        if kind_of(split_take(path)[0]).name != "NPZ" or amass.holds_motion(path):
             motions[path] = importer.load(path).motion
-        else:
-            endings = ", ".join(suffixes())
-            raise FileError(
-                path, f"is no motion file that can be shown; give {endings}, or .npz of a prediction"
-            )
     bodies = [body] if body is not None else [motion.character for motion in motions.values()]
     for path in files:
         if path not in motions:
@@ -267,10 +260,11 @@ def _prediction(path: Path, bodies: Sequence[Character]) -> Prediction:
             if not np.isfinite(prediction.positions).all():
                 raise FileError(path, "has places or rotations that are not finite")
             return prediction
+    beside = "has joints that no motion file beside it has" if bodies else "holds no bones"
     raise FileError(
         path,
-        "is a prediction, which holds no bones: give a motion file of its body beside it, or show the case "
-        "that it is of",
+        f"is a prediction, and {beside}: give a motion file of its body beside it, or show the case that "
+        "it is of",
     )
 
 
@@ -329,8 +323,19 @@ class CaseList:
         """A text that changes when results or files do."""
         places = [place for root in self.roots for place in store.find_results(root, self.task)]
         paths = [split_take(path)[0] for path in self.files]
-        paths += [path for place in places for path in (place.header, place.journal)]
+        for place in places:
+            paths += [place.header, place.journal, place.folder / place.method]
         return digest(repr([_changed(path) for path in paths]))
+
+    def state_of(self, case: str) -> str:
+        """A text that changes when what is shown of a case does; as of the last ``refresh``."""
+        if self.files:
+            return self.state()
+        having = [each for each in self._results if case in each.cases]
+        answers = [
+            (each.label, each.entries.get(case), _changed(each.place.prediction(case))) for each in having
+        ]
+        return digest(repr(answers))
 
     def scene(self, case: str) -> Scene:
         """A case as it is now. Raises BenchError."""

@@ -6,6 +6,7 @@ import json
 import re
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -113,6 +114,8 @@ def test_the_server_answers_what_the_page_asks_for(tmp_path, serving):
     url = serving(CaseList([tmp_path]), OTHER)
     cases = json.loads(asked(f"{url}/cases")[1])
     assert (sorted(cases["cases"]), cases["first"], cases["problem"]) == (sorted([CASE, OTHER]), OTHER, "")
+    before = cases["cases"]
+    assert json.loads(asked(f"{url}/cases")[1])["cases"] == before
     scene = json.loads(asked(f"{url}/scene?case={quote(CASE)}")[1])
     assert [each["label"] for each in scene["figures"]] == [
         "source", "reference", "toy_method", "toy_method[does=raise]",
@@ -121,6 +124,26 @@ def test_the_server_answers_what_the_page_asks_for(tmp_path, serving):
     assert asked(f"{url}/scene?case=gone") == (409, b"there are no results of case 'gone' any more")
     assert asked(f"{url}/inside?case={quote(CASE)}&figure=9&frame=0")[0] == 400
     assert asked(f"{url}/../etc/passwd")[0] == 404
+    state = asked(f"{url}/state")
+    (prediction,) = tmp_path.rglob(f"toy_method/{store.case_file(CASE)}.npz")
+    prediction.unlink()
+    assert asked(f"{url}/state") != state
+    after = json.loads(asked(f"{url}/cases")[1])["cases"]
+    assert after[CASE] != before[CASE]
+    assert after[OTHER] == before[OTHER], "what has not changed is not shown anew"
+
+
+@pytest.mark.parametrize("request_", [b"GET http://[bad HTTP/1.1\r\nHost: {}\r\n\r\n", b"GET /cases HTT"])
+def test_odd_requests_and_those_that_end_early_are_no_tracebacks(tmp_path, serving, capsys, request_):
+    host = serving(CaseList(files=[bvh_file(tmp_path / "walk.bvh", 6)])).removeprefix("http://")
+    name, port = host.split(":")
+    with socket.create_connection((name, int(port))) as pipe:
+        pipe.sendall(request_.replace(b"{}", host.encode()))
+        if request_.endswith(b"\n"):
+            assert b" 400 " in pipe.recv(100)
+        pipe.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # resets it
+    assert asked(f"http://{host}/state")[0] == 200
+    assert "Traceback" not in capsys.readouterr().err
 
 
 def test_the_state_changes_when_a_file_does(tmp_path, serving):
@@ -198,8 +221,12 @@ def test_it_plays_in_a_browser_and_follows_its_file(tmp_path, serving, browser):
         tab.goto(serving(CaseList(files=[file])))
         tab.get_by_text("/ 6").wait_for()
         assert not tab.locator("#case").is_visible()
+        tab.get_by_role("button", name="Pause").click()
+        tab.get_by_role("button", name="Overlay").click()
         bvh_file(file, 9)
         tab.get_by_text("/ 9").wait_for(timeout=60_000)
+        assert tab.get_by_role("button", name="Play", exact=True).is_visible(), "as it was looked at before"
+        assert tab.get_by_role("button", name="Overlay").get_attribute("aria-pressed") == "true"
     finally:
         tab.close()
 

@@ -141,8 +141,10 @@ def test_a_prediction_file_borrows_the_bones_of_a_file_that_has_its_joints(tmp_p
     assert scene.figures[0].character.skeleton.names == tuple(PERSON)
     assert scene.figures[0].motion is None
     assert np.allclose(scene.figures[0].positions, np.load(answer)["positions"][:5])
-    with pytest.raises(FileError, match="holds no bones: give a motion file"):
+    with pytest.raises(FileError, match="has joints that no motion file beside it has: give"):
         scene_builder.of_files([answer, dog])
+    with pytest.raises(FileError, match="holds no bones: give a motion file"):
+        scene_builder.of_files([answer])
 
 
 def test_an_archive_of_amass_is_shown_as_a_motion_beside_predictions(tmp_path):
@@ -156,14 +158,17 @@ def test_an_archive_of_amass_is_shown_as_a_motion_beside_predictions(tmp_path):
 
 
 def test_files_that_cannot_be_shown_are_told_in_words(tmp_path):
-    other = tmp_path / "notes.txt"
-    other.write_text("hello")
-    with pytest.raises(FileError, match=r"no motion file that can be shown; give \.bvh"):
-        scene_builder.of_files([other])
-    broken = tmp_path / "broken.npz"
-    broken.write_text("hello")
-    with pytest.raises(FileError, match=r"not a readable \.npz"):
-        scene_builder.of_files([broken])
+    for name, content, says in (
+        ("notes.txt", b"hello", "is not BVH: it begins with 'hello'"),
+        ("broken.npz", b"hello", "text of an unknown kind"),
+        ("packed.npz", b"\x1f\x8b\x08\0", "gzip-compressed: unpack it first"),
+    ):
+        file = tmp_path / name
+        file.write_bytes(content)
+        with pytest.raises(FileError, match=says):
+            scene_builder.of_files([file])
+    renamed = bvh_file(tmp_path / "walk.txt", 5)
+    assert scene_builder.of_files([renamed]).frames == 5, "a file is what it holds"
     with pytest.raises(BenchError, match="no file"):
         scene_builder.of_files([])
 

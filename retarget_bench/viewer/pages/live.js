@@ -1,8 +1,9 @@
 /* The page of bench view: asks its server for cases, shows one, and looks now and then whether anything changed. */
 
 const POLL = 2000; // milliseconds
+const STOPPED = "bench view has stopped; start it again to go on.";
 const at = (id) => document.getElementById(id);
-let state = null, shown = null, player = null;
+let cases = {}, state = null, shown = null, known = "", player = null;
 
 async function asked(path, query = {}) {
   const answer = await fetch(`${path}?${new URLSearchParams(query)}`);
@@ -10,54 +11,70 @@ async function asked(path, query = {}) {
   return answer.json();
 }
 
-/* Shows a case from its beginning, or at the frame where it was before it changed. */
-async function show(id, frame = 0) {
-  shown = id;
+function say(words) {
+  at("words").textContent = words;
+}
+
+/* The case that the address names; "" where it names none. */
+function named() {
+  try {
+    return decodeURIComponent(location.hash.slice(1));
+  } catch {
+    return "";
+  }
+}
+
+/* Shows a case from its beginning; where it has changed, as it was looked at before. */
+async function show(id) {
+  const again = id === shown && player ? player.state() : null;
+  [shown, known] = [id, cases[id]];
   location.replace(`#${encodeURIComponent(id)}`);
-  at("words").textContent = "Loading the motion…";
-  const labels = player && player.chosen();
+  say("Loading the motion…");
   try {
     const scene = await asked("/scene", { case: id });
     if (shown !== id) return;
     if (player) player.destroy();
     document.title = `${scene.title} · bench view`;
     player = RetargetPlayer.mount(at("player"), scene, {
-      skins: true, frame, autoplay: !frame, labels: labels && scene.figures.some((each) => labels.includes(each.label)) ? labels : undefined,
+      skins: true, autoplay: true, ...(again && { state: again }),
       inside: (figure, frame) => asked("/inside", { case: id, figure, frame }),
     });
-    at("words").textContent = "";
+    say("");
   } catch (error) {
-    at("words").textContent = String(error.message || error);
+    say(String(error.message || error));
   }
 }
 
-/* Lists the cases that there are now; keeps the one that is shown. */
+/* Lists the cases that there are now, and shows one anew only if it is another, or has changed. */
 async function list() {
   const told = await asked("/cases");
-  state = told.state;
-  const box = at("case");
-  box.replaceChildren(...told.cases.map((id) => new Option(id, id)));
-  box.parentElement.hidden = told.cases.length < 2;
-  if (!told.cases.length) {
-    at("words").textContent = told.problem || "Waiting for the first case…";
-    return;
+  ({ cases, state } = told);
+  const ids = Object.keys(cases), box = at("case");
+  box.replaceChildren(...ids.map((id) => new Option(id, id)));
+  box.parentElement.hidden = ids.length < 2;
+  if (!ids.length) {
+    if (player) player.destroy();
+    player = null;
+    return say(told.problem || (shown === null ? "Waiting for the first case…" : "These results are not there any more."));
   }
-  const wanted = [shown, decodeURIComponent(location.hash.slice(1)), told.first, told.cases[0]];
-  const id = wanted.find((each) => told.cases.includes(each));
+  const id = [shown, named(), told.first, ids[0]].find((each) => ids.includes(each));
   box.value = id;
-  await show(id, id === shown && player ? player.frame() : 0);
+  if (id !== shown || cases[id] !== known || !player) await show(id);
+  if (told.problem) say(told.problem);
 }
 
 async function look() {
   if (document.hidden) return;
   try {
-    if ((await asked("/state")) !== state) await list();
-  } catch {
-    at("words").textContent = "bench view has stopped; start it again to go on.";
+    const now = await asked("/state");
+    if (at("words").textContent === STOPPED) say("");
+    if (now !== state) await list();
+  } catch (error) {
+    say(error instanceof TypeError ? STOPPED : String(error.message)); // no answer at all, or a refusal
   }
 }
 
 at("case").addEventListener("change", () => show(at("case").value));
-list();
+look();
 setInterval(look, POLL);
 document.addEventListener("visibilitychange", look);

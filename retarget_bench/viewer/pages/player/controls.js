@@ -65,7 +65,7 @@ function transport(player) {
   const { scene } = player;
   player.playButton = iconButton("play", "Play", () => setPlaying(player, !player.playing), "rp-play");
   player.speedBox = node("select", { "aria-label": "Speed" },
-    ...SPEEDS.map((speed) => node("option", { value: speed, selected: speed === 1 }, `${speed}×`)));
+    ...SPEEDS.map((speed) => node("option", { value: speed, selected: speed === player.speed }, `${speed}×`)));
   player.speedBox.addEventListener("change", () => (player.speed = Number(player.speedBox.value)));
   player.readout = node("span", { class: "rp-readout", "aria-hidden": "true" });
   return node("div", { class: "rp-bar", role: "group", "aria-label": "Playback" },

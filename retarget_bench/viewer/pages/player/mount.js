@@ -145,9 +145,11 @@ function mount(element, packed, options = {}) {
   const root = node("div", { class: "rp", role: "group", "aria-label": `Motion player: ${packed.title}` });
   root.append(node("p", { class: "rp-wait" }, "Unpacking the motion…"));
   element.replaceChildren(root);
-  const player = { root, options: { ...options }, camera: newCamera(), stop: new AbortController(), time: 0,
-    speed: 1, playing: false, looking: false, toldFrame: -1,
-    show: { ...SHOWN, overlay: Boolean(options.overlay), skins: Boolean(options.skins) } };
+  const as = options.state || {};
+  const player = { root, options: { ...options }, camera: { ...newCamera(), ...as.camera }, stop: new AbortController(),
+    time: 0, speed: as.speed || 1, playing: false, looking: false, toldFrame: -1,
+    show: { ...SHOWN, overlay: Boolean(options.overlay), skins: Boolean(options.skins), ...as.show } };
+  if (options.state) Object.assign(player.options, { labels: as.labels, frame: as.frame, autoplay: as.playing });
   const ready = decode(packed).then((scene) => {
     if (player.gone) return;
     player.scene = prepared(scene);
@@ -170,11 +172,10 @@ function mount(element, packed, options = {}) {
       player.chips.forEach((chip, i) => (chip.control.checked = player.selected.has(i)));
       changed(player);
     },
-    frame() {
-      return player.canvas ? frameOf(player) : 0;
-    },
-    chosen() {
-      return player.canvas ? chosen(player).map((each) => each.label) : player.options.labels;
+    state() {
+      if (!player.canvas) return {};
+      const { playing, speed, show, camera } = player;
+      return { playing, speed, show, camera, frame: frameOf(player), labels: chosen(player).map((each) => each.label) };
     },
     destroy() {
       player.gone = true;
