@@ -1,4 +1,4 @@
-"""The numbers of the puppets' data card: sizes, splits, who is left out, and what copying loses.
+"""Numbers of the puppets: sizes and splits of their data card, and what copying loses.
 
     python benchmarks/puppets_facts.py [--size tiny] [--every 1] [--large]
 
@@ -13,7 +13,6 @@ training of ``large`` too.
 from __future__ import annotations
 
 import argparse
-from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -21,9 +20,9 @@ import numpy as np
 from retarget_bench.api import SPLITS, Case, CaseInfo, Context
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.conventions import FPS
-from retarget_bench.datasets.puppets.corpus.clips import SIZES, clips
-from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, families, only_tested
+from retarget_bench.datasets.puppets.generator.conventions import FPS
+from retarget_bench.datasets.puppets.generator.corpus.clips import SIZES, clips
+from retarget_bench.datasets.puppets.generator.corpus.families import families
 from retarget_bench.methods.copy_rotations import plugin as CopyRotations
 from retarget_bench.metrics.contact import plugin as Contact
 from retarget_bench.metrics.contact_speed import plugin as ContactSpeed
@@ -58,35 +57,6 @@ def sizes(large: bool) -> None:
         minutes = sum(clip.frames for clip in listed) / FPS / 60
         long = sum(clip.long for clip in listed)
         print(f"| {size} | {part} | {len(listed)} | {long} | {minutes:.1f} | {cases} | {out} | {hours} |")
-
-
-def left_out() -> None:
-    counts: Counter[tuple[str, str]] = Counter()
-    for clip, names in Puppets(size="default").exclusions().items():
-        counts.update((clip.rpartition("-")[0], name) for name in names)
-    by_kind = defaultdict(list)
-    for (kind, name), number in sorted(counts.items()):
-        by_kind[kind].append(f"{name} {number}" if number > 1 else name)
-    for kind, names in by_kind.items():
-        print(f"{kind}: {', '.join(names)}")
-
-
-def people() -> None:
-    for family in families():
-        held = [name for name, body in family.bodies.items() if only_tested(body)]
-        kinds = [kind for kind in family.kinds if kind in HELD_OUT_KINDS]
-        print(f"{family.name}: {len(family.bodies)} bodies, held out {', '.join(held)}")
-        print(f"{family.name}: {len(family.kinds)} kinds, held out {', '.join(kinds)}")
-
-
-def kinds() -> None:
-    """The first sentences of what the functions say of themselves."""
-    print("| kind | what is done | in the test only |\n|---|---|---|")
-    for family in families():
-        for kind, function in family.kinds.items():
-            text = " ".join((getattr(function, "func", function).__doc__ or "").split("\n\n")[0].split())
-            held = "yes" if kind in HELD_OUT_KINDS else ""
-            print(f"| {kind} | {text.split(': ``')[0].rstrip('.')} | {held} |")
 
 
 # ------------------------------------------------------------------------------------- copying
@@ -159,13 +129,7 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--large", action="store_true")
     options = parser.parse_args()
-    people()
-    print()
-    kinds()
-    print()
     sizes(options.large)
-    print()
-    left_out()
     print()
     copying(options.size, options.every)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import traceback
 import unicodedata
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -87,3 +88,8 @@ def one_line(error: BaseException) -> str:
 def mistakes(error: ValidationError) -> str:
     """Everything that pydantic found wrong with a file, each mistake with its field."""
     return "; ".join(f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors())
+
+
+def some(names: Sequence[str], most: int = 6) -> str:
+    """A list for messages: the first few names, and how many more."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

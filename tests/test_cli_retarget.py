@@ -11,8 +11,8 @@ import pytest
 from retarget_bench.motion import bvh, files, importer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.reading import Reading
-from retarget_bench.motion.files.smpl import average
-from retarget_bench.motion.files.smpl.families import BODY
+from retarget_bench.motion.files.smpl import skeletons
+from retarget_bench.motion.files.smpl.skeletons import BODY
 from retarget_bench.plugins import registry
 from tests.bench_command import bowing, method_file
 from tests.datasets.test_folder import ASF
@@ -159,7 +159,7 @@ def test_files_of_smpl_go_in_and_out(bench, figures):
     random = np.random.default_rng(0)
     smpl_files.archive(Path("amass.npz"), smpl_files.parameters(random))
     smpl_files.archive(Path("models/smplh/female/model.npz"), smpl_files.model(random))
-    np.save("joints.npy", smpl_files.danced(Character.of("body", average.skeleton(BODY)), 30))
+    np.save("joints.npy", smpl_files.danced(Character.of("body", skeletons.average(BODY)), 30))
     code, out, err = bench("retarget", "joints.npy", "--target", "amass.npz", "-o", "out.npz")
     assert code == 0, err
     assert "22 of 52 joints follow it; unit m, z up" in out

@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from matplotlib.text import Text
-from scipy import optimize
 
 from retarget_bench import cli
 from retarget_bench.analysis import summary
@@ -19,6 +14,7 @@ from retarget_bench.analysis.selection import Selection
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import Mean, MethodSummary, SplitSummary
 from retarget_bench.errors import BenchError
+from retarget_bench.figures import method_order, palette
 from retarget_bench.figures.data import lines
 from retarget_bench.figures.data import model as data
 from retarget_bench.figures.plotting import canvas, drawing
@@ -59,101 +55,82 @@ def sections() -> list[SplitSummary]:
     ]
 
 
-def drawn(path: Path, sections: list[SplitSummary]) -> None:
+def drawn(path: Path, sections: list[SplitSummary], width: float = 6.75) -> None:
     """The curves of these summaries as a file."""
     charts = [
-        data.LineChart(
+        data.Chart(
             section.split, f"{section.split}: {section.clip_count} clips",
             data.Axis("step", 0.04, 5, log=True), data.Axis(f"{name} of foot contacts", -0.02, 1.02),
             tuple(
-                data.Line(
+                data.Series(
                     each.label, each.label,
                     tuple(
-                        data.Mark(each.label, float(e), mean, data.Cases(section.split))
+                        data.Mark(float(e), mean, data.Cases(section.split))
                         for e, mean in each.curves[value].items()
                     ),
+                    each.unranked,
                 )
                 for each in section.scores
             ),
+            joined=True,
         )
         for value, name in lines.CONTACTS.items()
         for section in sections
     ]  # fmt: skip
-    methods = {each.label: each.header for each in sections[0].scores}
-    drawing.draw(path, data.Figure("recall", "bows", "contacts", methods, tuple(charts)))
+    ranked = {each.label: each.header for each in sections[0].scores}
+    figure = data.Figure("recall", "bows", "contacts", tuple(charts))
+    drawing.draw(path, figure, method_order.styles(ranked, ["frozen"]), width)
 
 
-def test_controls_are_dashed_and_methods_that_see_more_dotted(tmp_path, sections, figures):
+def curves(axes) -> dict[str, object]:
+    """The lines of a panel by their colours, without their marks and whiskers."""
+    return {line.get_color(): line for line in axes.lines if len(line.get_xdata()) == len(EPSILONS)
+            and line.get_linestyle() != "None"}  # fmt: skip
+
+
+def test_controls_are_grey_and_dashed_and_methods_that_see_more_dotted(tmp_path, sections, figures):
     drawn(tmp_path / "out.png", sections)
-    styles = {line.get_label(): line.get_linestyle() for line in figures[0].axes[0].lines}
-    assert styles == {"frozen": "--", "pan+footfix": "-", "told": ":"}
+    styles = [(color, line.get_linestyle()) for color, line in curves(figures[0].axes[0]).items()]
+    assert styles == [
+        (palette.CONTROLS[0], "--"), (palette.COLOURS[0], "-"), (palette.COLOURS[1], ":"),
+    ]  # fmt: skip
 
 
-def named(axes) -> list[str]:
-    """The names at the ends of lines, from above."""
-    box = {text.get_text(): Text.get_window_extent(text) for text in axes.texts}
-    ordered = sorted(box, key=lambda name: -box[name].y0)
-    assert all(box[above].y0 > box[below].y1 - 1 for above, below in pairwise(ordered))
-    assert all(each.x0 > axes.bbox.x1 for each in box.values())
-    return ordered
-
-
-def test_lines_are_named_at_their_ends_where_there_is_room(tmp_path, sections, figures):
-    drawn(tmp_path / "out.png", sections)
+def test_a_legend_names_all_lines_and_why_some_are_not_ranked(tmp_path, sections, figures):
+    more = [score(f"m{k}", both([0.4] * 4, [0.9] * 4)) for k in range(20)]
+    long = score("x" * 80, both([0.5] * 4, [0.9] * 4))
+    sections[0] = replace(sections[0], scores=(*sections[0].scores, *more, long))
+    drawn(tmp_path / "out.png", sections[:1], 3.25)
     figures[0].draw_without_rendering()  # so that extents are of one resolution
-    assert not figures[0].legends
-    ends = [named(axes) for axes in figures[0].axes]
-    assert ends == [[], ["frozen", "told", "pan+footfix"], [], ["pan+footfix", "told", "frozen"]]
-
-
-@pytest.mark.parametrize(("label", "more"), [("x" * 60, 1), ("m", 30)])
-def test_more_or_longer_names_are_a_legend_in_the_order_of_the_lines(
-    tmp_path, sections, figures, label, more
-):
-    values = both([0.4, 0.5, 0.7, 0.9], [0.9, 0.9, 0.95, 0.97])
-    first, *others = sections[0].scores
-    added = [score(f"{label}{k}", values) for k in range(more)]
-    sections[0] = replace(sections[0], scores=(first, *added, *others))
-    drawn(tmp_path / "out.png", sections)
     (legend,) = figures[0].legends
-    labels = [canvas.drawable(each.label) for each in sections[0].scores]
-    assert [text.get_text() for text in legend.get_texts()] == labels
-    assert not any(axes.texts for axes in figures[0].axes)
+    expected = [
+        f"{each.label} ({each.unranked})" if each.unranked else each.label for each in sections[0].scores
+    ]
+    words = [text.get_text().replace("\n", "") for text in legend.get_texts()]
+    assert words == list(map(canvas.drawable, expected))
+    assert legend.get_texts()[0].get_text() == "frozen (control)"
+    hollow = [each.get_markerfacecolor() == "white" for each in legend.legend_handles]
+    assert hollow[:4] == [True, False, True, False]
+    box, page = legend.get_window_extent(), figures[0].bbox
+    assert box.y1 <= min(axes.get_tightbbox().y0 for axes in figures[0].axes) + 1
+    assert box.width <= page.width
 
 
-@given(
-    st.lists(st.floats(0, 100), min_size=1, max_size=12),
-    st.floats(0, 12),
-)
-def test_names_keep_apart_in_the_order_of_the_ends_and_move_no_more_than_they_must(places, gap):
-    placed = lines.apart(places, gap, 0.0, 100.0)
-    if gap * (len(places) - 1) > 100:
-        assert placed is None
-        return
-    assert placed is not None
-    upwards = sorted(range(len(places)), key=lambda k: places[k])
-    ordered = [placed[k] for k in upwards]
-    assert all(b - a >= gap - 1e-9 for a, b in pairwise(ordered))
-    assert ordered[0] >= -1e-9
-    assert ordered[-1] <= 100 + 1e-9
-    goals = [places[k] for k in upwards]
-    if all(b - a >= gap for a, b in pairwise(goals)):
-        assert ordered == pytest.approx(goals)
-    # a general solver moves them no less
-    count = len(places)
-    solved = optimize.minimize(
-        lambda at: np.sum((at - goals) ** 2), np.linspace(0, 100, count), jac=lambda at: 2 * (at - goals),
-        bounds=[(0, 100)] * count, method="SLSQP",
-        constraints={"type": "ineq", "fun": lambda at: np.diff(at) - gap} if count > 1 else (),
-    )  # fmt: skip
-    assert np.sum((np.array(ordered) - goals) ** 2) <= solved.fun + 1e-4 * max(1.0, solved.fun)
-
-
-def test_bands_are_left_out_where_intervals_are_withheld(tmp_path, sections, figures):
+def test_intervals_are_whiskers_side_by_side_and_left_out_where_they_are_withheld(
+    tmp_path, sections, figures
+):
     bare = sections[0].scores[1].curves["pan_recall"]
     bare["1"] = Mean(bare["1"].value, 3, 2)
     drawn(tmp_path / "out.png", sections[:1])
-    assert [len(panel.collections) for panel in figures[0].axes] == [2, 3]
+    axes = figures[0].axes[0]
+    assert not axes.collections  # no bands over each other
+    whiskers = [line for line in axes.lines if np.isnan(np.array(line.get_ydata(), dtype=float)).any()]
+    assert [len(line.get_xdata()) for line in whiskers] == [12, 9, 12]
+    first = [line.get_transform().transform((0.1, 0.5))[0] for line in whiskers]
+    assert first == sorted(set(first))
+    low, high, gap = whiskers[0].get_ydata()[:3]
+    assert (low, high) == pytest.approx((0.95, 1.05))
+    assert np.isnan(gap)
 
 
 @pytest.mark.parametrize(
@@ -176,7 +153,7 @@ def test_the_same_picture_is_the_same_file(tmp_path, sections, form):
 def test_results_without_the_curves_are_told(runs):
     (one,) = result_matrix.result_matrices(summary_places(runs))
     with pytest.raises(BenchError, match="no pan_recall_h, which the metric pan_contact gives"):
-        lines.recall([one.narrowed("pan_recall")], by_height=True)
+        lines.recall([one.narrowed("pan_recall")], {}, by_height=True)
 
 
 # -------------------------------------------------------------------------------------------- the command
@@ -200,12 +177,14 @@ def test_what_is_drawn_is_what_tables_say(runs, tmp_path, bench, figures):
     assert bench("plot", "recall", "-r", str(runs), "-o", str(output), "--columns", "pan_recall_h")[0] == 0
     section, *_ = summary.split_summaries(summary_places(runs), select=Selection())
     assert section.bodies == "people"
-    lines = {line.get_label(): line for line in figures[0].axes[0].lines}
-    assert set(lines) == {"copy_rotations", "copy_rotations+footfix[steps=2]", "rest_pose"}
-    for each in section.scores:
-        expected = [mean.value for _, mean in sorted(each.curves["pan_recall_h"].items())]
-        assert sorted(lines[each.label].get_ydata()) == pytest.approx(sorted(expected))
-    assert np.allclose(lines["rest_pose"].get_ydata(), 1.0)
+    drawn = [line.get_ydata() for line in figures[0].axes[0].lines if line.get_marker() not in ("None", "")]
+    shown = [each for each in section.scores if each.label != "rest_pose"]  # controls are not asked for
+    labels = [text.get_text() for text in figures[0].legends[0].get_texts()]
+    assert labels == ["copy_rotations", "copy_rotations+footfix[steps=2]"]
+    for line, label in zip(drawn, labels, strict=True):
+        (score,) = (each for each in shown if each.label == label)
+        expected = [mean.value for _, mean in sorted(score.curves["pan_recall_h"].items())]
+        assert sorted(line) == pytest.approx(sorted(expected))
 
 
 def summary_places(root: Path):

@@ -9,8 +9,8 @@ import pytest
 
 import retarget_bench as rb
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.files.smpl import average
-from retarget_bench.motion.files.smpl.families import FAMILIES, H36M, SMPL
+from retarget_bench.motion.files.smpl import skeletons
+from retarget_bench.motion.files.smpl.skeletons import FAMILIES, H36M, SMPL
 from tests.motion.smpl_files import danced
 
 FRAMES = 20
@@ -19,7 +19,7 @@ FRAMES = 20
 @pytest.fixture
 def positions() -> np.ndarray:
     """``(frames, 24, 3)`` metres of SMPL's joints."""
-    return danced(Character.of("body", average.skeleton(SMPL)), FRAMES)
+    return danced(Character.of("body", skeletons.average(SMPL)), FRAMES)
 
 
 def quiet(function, *arguments, **options):

@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
-from retarget_bench.errors import BenchError, Unusable
+from retarget_bench.api.datasets import usual_split
+from retarget_bench.errors import BenchError, Unusable, some
 from retarget_bench.motion import importer
-from retarget_bench.motion.bvh.catalogue import (
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.catalogue import (
     CatalogueEntry,
     bvh_files,
     catalogue,
     contents,
     fingerprint,
-    some,
 )
-from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.reading import Reading
-from retarget_bench.motion.motion import Motion, resampled_frames
-from retarget_bench.training.lazy_clips import LazyClips
+from retarget_bench.motion.motion import Motion
+from retarget_bench.training.lazy_clips import Cast, NamedClips, parts
 
 from .onto import Onto, Pairs
 from .takes import Part, part_of, performer
@@ -38,8 +38,6 @@ ROUNDING = 1e-3
 PLACE = "RETARGET_BENCH_CMU"
 """The environment variable that says where the takes lie."""
 _CACHED = 16
-Take = tuple[str, int, int]
-"""Name of a take, and its first and last but one frame."""
 
 
 class Cmu(Dataset):
@@ -121,7 +119,7 @@ class Cmu(Dataset):
             return ()
         infos = (
             self._info(name, whose, target)
-            for name, (take, _, _) in self._listed.items()
+            for name, (take, _) in self._listed.items()
             for whose in [performer(take)]
             for target in self._takes[self._part]
         )
@@ -129,24 +127,26 @@ class Cmu(Dataset):
 
     def load(self, info: CaseInfo) -> Case:
         """Raises BenchError for a case that is none of this part, FileError where a file cannot be read."""
-        part, cast = self._listed.get(info.clip), self.characters()
-        if part is None or info.source != _called(performer(part[0])) or info.target not in cast:
+        cast = self.characters()
+        take, frames = self._listed.get(info.clip, ("", slice(0)))
+        if info.source != _called(performer(take)) or info.target not in cast:
             raise BenchError(f"{self.label} has no case {info.id}")
-        take, first, end = part
-        source = self._take(take).at(slice(first, end))
+        source = self._take(take).at(frames)
         if info.source == info.target:
             return Case(info, source, source.character, source)
         return Case(info, source, cast[info.target])
 
     # ------------------------------------------------------------------------------- to train on
-    def training(self) -> Mapping[str, Mapping[str, Clips]]:
+    def training(self) -> Cast:
         """Structure -> subject, or body that takes are put on -> whole takes."""
-        cast: dict[str, dict[str, Clips]] = {}
+        cast: dict[str, dict[str, NamedClips]] = {}
         for who, takes in (self._takes["train"] if self._own else {}).items():
-            cast.setdefault(self._character(who).structure, {})[_called(who)] = Clips(self.motion, takes)
+            cast.setdefault(self._character(who).structure, {})[_called(who)] = NamedClips(
+                takes, self.motion
+            )
         if self._onto:
             for name, takes in self._onto.by_body.items():
-                clips = Clips(partial(self._onto.motion, name=name), takes)
+                clips = NamedClips(takes, partial(self._onto.motion, name=name))
                 cast.setdefault(self._onto.cast[name].structure, {})[name] = clips
         return cast
 
@@ -220,7 +220,7 @@ class Cmu(Dataset):
         bones: dict[str, str] = {}
         for name, path in self._files.items():
             entry = self._entries[path]
-            frames = 0 if entry.problem else resampled_frames(entry.frames, entry.fps, FPS)
+            frames = entry.frames_at(FPS)
             if part_of(name) is None:
                 problems[name] = "motion of the test on another skeleton"
             elif entry.problem or frames < SHORTEST:
@@ -240,17 +240,14 @@ class Cmu(Dataset):
         return by_part
 
     @cached_property
-    def _listed(self) -> Mapping[str, Take]:
-        """Clip of a case -> where it is cut from."""
+    def _listed(self) -> Mapping[str, tuple[str, slice]]:
+        """Clip of a case -> the take that it is cut from, and its frames."""
         listed = {}
         for takes in self._takes[self._part].values():
             for take in takes:
-                frames = self._frames(take)
-                number = max(round(frames / LONGEST), 1)
-                ends = [frames * each // number for each in range(number + 1)]
-                for each in range(number):
-                    name = take if number == 1 else f"{take}-{each + 1:02d}"
-                    listed[name] = (take, ends[each], ends[each + 1])
+                cut = parts(self._frames(take), LONGEST)
+                for number, frames in enumerate(cut, 1):
+                    listed[take if len(cut) == 1 else f"{take}-{number:02d}"] = (take, frames)
         return listed
 
     @cached_property
@@ -261,17 +258,14 @@ class Cmu(Dataset):
         return Onto(self, takes, self._bodies)
 
     def _frames(self, take: str) -> int:
-        entry = self._entries[self._files[take]]
-        return resampled_frames(entry.frames, entry.fps, FPS)
+        return self._entries[self._files[take]].frames_at(FPS)
 
     def _info(self, clip: str, source: str, target: str) -> CaseInfo:
         alike = self._character(source).structure == self._character(target).structure
-        split = "self" if source == target else "intra" if alike else "cross"
-        names = _called(source), _called(target)
-        first, end = self._listed[clip][1:]
-        return CaseInfo(
-            f"cmu/{names[0]}>{names[1]}/{clip}", "retarget", split, *names, clip, frames=end - first
-        )
+        split, names = usual_split(source == target, alike), (_called(source), _called(target))
+        cut = self._listed[clip][1]
+        case = f"cmu/{names[0]}>{names[1]}/{clip}"
+        return CaseInfo(case, "retarget", split, *names, clip, frames=cut.stop - cut.start)
 
     def _first_body(self, who: str) -> Character:
         """The body of a performer's first take; its structure is named after the number of joints."""
@@ -287,25 +281,6 @@ class Cmu(Dataset):
 
     def _imported(self, take: str) -> Motion:
         return importer.load(self._files[take], Reading(unit=self._unit), fps=FPS).motion
-
-
-class Clips(LazyClips[str]):
-    """Takes of one body, each read or made on access."""
-
-    def __init__(self, motion: Callable[[str], Motion], listed: Sequence[str]) -> None:
-        super().__init__(listed)
-        self._motion = motion
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return self.listed
-
-    def motion(self, each: str) -> Motion:
-        """Raises Unusable where a file cannot be read, or what is made of it fails a check."""
-        try:
-            return self._motion(each)
-        except BenchError as error:
-            raise error if isinstance(error, Unusable) else Unusable(each, str(error)) from error
 
 
 def _called(who: str) -> str:

@@ -20,6 +20,7 @@ from retarget_bench.motion.contact import CONTACT_ROLES, planted
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.lazy_clips import parts
 from retarget_bench.training.stored_pairs import Facts, StoredPairs, Tensors, stored, unit
 
 METHOD = Spec("ik")
@@ -97,8 +98,8 @@ class Onto:
         rotations, root = (stored.get_tensor(f"{name} {key}") for key in ("rotations", "root"))
         return self.cast[name].motion(unit(rotations), root, float(stored.metadata()["fps"]))
 
-    def performance(self, take: str, first: int, end: int) -> _Window:
-        return _Window(self, take, self._stored(take), slice(first, end))
+    def performance(self, take: str, frames: slice) -> _Window:
+        return _Window(self, take, self._stored(take), frames)
 
     def _stored(self, take: str) -> Any:
         name = f"{take}-{digest(self.data.content_of(take))}"
@@ -131,12 +132,7 @@ class Pairs(StoredPairs):
     def __init__(self, onto: Onto, lengths: Mapping[str, int]) -> None:
         """lengths: take -> frames."""
         self._onto = onto
-        self._windows = [
-            (take, frames * each // number, frames * (each + 1) // number)
-            for take, frames in lengths.items()
-            for number in [max(round(frames / WINDOW), 1)]
-            for each in range(number)
-        ]
+        self._windows = [(take, each) for take, frames in lengths.items() for each in parts(frames, WINDOW)]
         super().__init__(len(self._windows), BODIES + 1)
 
     def performance(self, number: int) -> _Window:

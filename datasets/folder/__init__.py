@@ -11,12 +11,13 @@ from typing import Literal
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard, Unreadable
-from retarget_bench.errors import BenchError, Unusable
+from retarget_bench.api.datasets import usual_split
+from retarget_bench.errors import BenchError, Unusable, some
 from retarget_bench.files import digest
 from retarget_bench.motion import importer, kinematics
-from retarget_bench.motion.bvh.catalogue import existing, fingerprint, some
 from retarget_bench.motion.character import Character, Motion, resampled_frames
 from retarget_bench.motion.files import format_of
+from retarget_bench.motion.files.catalogue import by_name, existing, fingerprint
 from retarget_bench.motion.files.formats import AMASS, BVH
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.plugins.code_hash import code_hash, package_code
@@ -104,10 +105,7 @@ class Folder(Dataset):
     @property
     def content(self) -> str:
         """A hash of the files' bytes and of how they are read."""
-        paths = {
-            f"{name}/{clip}": path for name, own in self._files.bodies.items() for clip, path in own.items()
-        }
-        files = fingerprint({name: self._files.entries[path] for name, path in paths.items()})
+        files = fingerprint(by_name(self._files.bodies, self._files.entries))
         overrides = self._reading.overrides
         roles = digest(repr(sorted(overrides.items()))) if overrides else "found"
         protocol = "" if self._protocol == "all" else f", protocol {self._protocol}, {self._part}"
@@ -115,7 +113,7 @@ class Folder(Dataset):
         how += f", rate {self._rate:g}" if self._rate else ""
         how += ", baked" if self._inner == "bake" else ""
         how += f", bodies {self._shapes}" if self._body_model else ""
-        if any(format_of(path) is not BVH for path in paths.values()):
+        if any(format_of(path) is not BVH for own in self._files.bodies.values() for path in own.values()):
             # BVH's reader counts as code of every method
             how += f", readers {code_hash(package_code('motion.files'))}"
         return f"{files} ({how}{protocol})"
@@ -218,11 +216,8 @@ class Folder(Dataset):
         return cast
 
     def _trained(self, body: str, clip: str) -> Motion:
-        """Raises Unusable where the file cannot be read, or holds no motion of a whole body."""
-        try:
-            motion = self.motion(body, clip)
-        except BenchError as error:
-            raise Unusable(clip, str(error)) from error
+        """Raises Unusable where the file holds no motion of a whole body."""
+        motion = self.motion(body, clip)
         if why := unusable(motion):
             raise Unusable(clip, why)
         return motion
@@ -275,8 +270,8 @@ class Folder(Dataset):
                 path = self._files.sources[source][clip]
                 for target in filter(usable.__contains__, self._files.targets):
                     case = f"{self.card.name}/{source}>{target}/{clip}"
-                    same = usable[source].structure == usable[target].structure
-                    split = "self" if source == target else "intra" if same else "cross"
+                    alike = usable[source].structure == usable[target].structure
+                    split = usual_split(source == target, alike)
                     infos.append(
                         CaseInfo(case, "retarget", split, source, target, clip, frames=self._frames(path))
                     )

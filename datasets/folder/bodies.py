@@ -8,21 +8,22 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import BenchError, FileError, some
 from retarget_bench.files import composed, free_name
-from retarget_bench.motion.bvh.catalogue import (
+from retarget_bench.motion.bvh.document import Hierarchy
+from retarget_bench.motion.files import format_of
+from retarget_bench.motion.files.catalogue import (
     CatalogueEntry,
     catalogue,
     contents,
     existing,
+    hierarchy_of,
     inspect,
-    some,
+    motion_files,
+    motions_of,
     subfolders,
 )
-from retarget_bench.motion.bvh.document import Hierarchy
-from retarget_bench.motion.files import format_of
 from retarget_bench.motion.files.formats import AMASS
-from retarget_bench.motion.files.listing import hierarchy_of, motion_files, motions_of
 
 LAYOUTS = (
     "DIR/clip.bvh, or DIR/Body/clip.bvh with one folder per body; .glb, .gltf, .fbx, .amc (beside its "

@@ -9,9 +9,9 @@ from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.api.datasets import usual_splits
-from retarget_bench.errors import BenchError
-from retarget_bench.motion.bvh.catalogue import CatalogueEntry, catalogue, fingerprint, some
-from retarget_bench.motion.character import Character, resampled_frames
+from retarget_bench.errors import BenchError, some
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.files.catalogue import CatalogueEntry, by_name, catalogue, fingerprint
 from retarget_bench.training.lazy_clips import Cast, NamedClips
 
 from .takes import DOG, FPS, PERSON, SHORTEST, SPECIES, Clip, Motions, Part, Protocol, Takes, cut, find
@@ -82,12 +82,8 @@ class LafanDog(Dataset):
     @property
     def content(self) -> str:
         """A hash of the bytes of the takes and of how they are read, split and cut."""
-        paths = {
-            f"{species}/{name}": self._entries[path]
-            for species, takes in self._takes.files.items()
-            for name, path in takes.items()
-        }
-        return f"{fingerprint(paths)} ({self._split}, {self._seconds:g} s, {self._part})"
+        files = fingerprint(by_name(self._takes.files, self._entries))
+        return f"{files} ({self._split}, {self._seconds:g} s, {self._part})"
 
     @property
     def label(self) -> str:
@@ -189,7 +185,7 @@ class LafanDog(Dataset):
     def _unusable(self, path: Path) -> str:
         """The reason why a take cannot be used, from its header; "" where it can."""
         entry = self._entries[path]
-        frames = 0 if entry.problem else resampled_frames(entry.frames, entry.fps, FPS)
+        frames = entry.frames_at(FPS)
         if entry.problem or frames >= SHORTEST:
             return entry.problem
         return f"has {frames} frames at {FPS:g} per second; clips have {SHORTEST} or more"
@@ -205,8 +201,7 @@ class LafanDog(Dataset):
         for species in SPECIES:
             for name, path in self._takes.files[species].items():
                 if name not in self._problems:
-                    entry = self._entries[path]
-                    frames = resampled_frames(entry.frames, entry.fps, FPS)
+                    frames = self._entries[path].frames_at(FPS)
                     clips = cut(species, name, frames, round(self._seconds * FPS))
                     by_part[self._takes.part[species][name]] += clips
         return by_part

@@ -10,12 +10,13 @@ from typing import Literal
 
 import numpy as np
 
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import BenchError, FileError, some
 from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.actions import Action, action
-from retarget_bench.motion.bvh.catalogue import bvh_files, contents, existing, some
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.files.catalogue import bvh_files, contents, existing
 from retarget_bench.motion.files.reading import Reading
+from retarget_bench.training.lazy_clips import parts
 
 Part = Literal["train", "validation", "test"]
 Protocol = Literal["auto", "pan", "own"]
@@ -159,10 +160,9 @@ class Clip:
 
 def cut(species: str, take: str, frames: int, most: int) -> list[Clip]:
     """A take of so many frames in clips of equal length, of about ``most`` frames each."""
-    number = max(round(frames / most), 1)
-    ends = [frames * each // number for each in range(number + 1)]
     return [
-        Clip(f"{take}-{each + 1:02d}", species, take, ends[each], ends[each + 1]) for each in range(number)
+        Clip(f"{take}-{number:02d}", species, take, part.start, part.stop)
+        for number, part in enumerate(parts(frames, most), 1)
     ]
 
 

@@ -11,13 +11,12 @@ from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.motion.bvh.catalogue import CatalogueEntry, catalogue, fingerprint
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.files.catalogue import CatalogueEntry, by_name, catalogue, fingerprint
 from retarget_bench.training.lazy_clips import Cast, manifest
 
 from . import protocols
-from .motions import Motions, training_clips
-from .pairs import Pairs
+from .motions import Motions, Pairs, training_clips
 
 CARD = DatasetCard(
     name="mixamo",
@@ -162,10 +161,7 @@ class Mixamo(Dataset):
     @property
     def content(self) -> str:
         """A hash of the bytes of the files that the protocol asks for, and how they are read."""
-        paths = {
-            f"{who}/{clip}": path for who, clips in self._files.items() for clip, path in clips.items()
-        }
-        files = fingerprint({name: self._entries[path] for name, path in paths.items()})
+        files = fingerprint(by_name(self._files, self._entries))
         how = f"{self._fps:g} fps, {self._structure}, {self._unit}, multiple of {self._selection.multiple}"
         return f"{files} ({how})"
 

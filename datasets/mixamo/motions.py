@@ -1,20 +1,23 @@
-"""Rigs and motions of a Mixamo folder, read on access and kept while memory allows."""
+"""Rigs, motions and pairs of a Mixamo folder, read on access."""
 
-from collections import Counter, OrderedDict
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 
+from retarget_bench.api import Performed
 from retarget_bench.errors import BenchError
 from retarget_bench.files import digest
 from retarget_bench.motion import bvh
-from retarget_bench.motion.bvh.catalogue import CatalogueEntry
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.files.catalogue import CatalogueEntry
 from retarget_bench.motion.roles import is_body
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.motion.structures import Reduction, reduce
 from retarget_bench.training.lazy_clips import Cast, NamedClips
+from retarget_bench.training.stored_pairs import StoredPairs
 
 STRUCTURE_A = "mixamo-A"
 """Aj, BigVegas, Kaya, SportyGranny: a ``Pelvis`` under ``Hips``, no joints at toe and head ends."""
@@ -78,10 +81,8 @@ def structure_of(skeleton: Skeleton, roles: Sequence[str | None]) -> str:
     return f"mixamo-{digest(chr(10).join(sorted(lines)), 6)}"
 
 
-KEEP_BYTES = 200_000_000
-"""Bytes of motions that a process keeps in memory."""
-_BYTES_PER_JOINT = 8 * (4 + 3 + 4)
-"""Local rotations, and the positions and global rotations that a motion computes once."""
+CACHED = 32
+"""So many motions a process keeps."""
 METRES = {"cm": 0.01, "m": 1.0}
 PLAUSIBLE = (0.2, 10.0)
 """Metres: heights of characters that are taken as they are."""
@@ -99,8 +100,9 @@ class Motions:
     unit: str
     multiple: int = 1
     _rigs: dict[tuple[str, str], Rig | BenchError] = field(default_factory=dict)
-    _cache: OrderedDict[Path, Motion] = field(default_factory=OrderedDict)
-    _bytes: int = 0
+
+    def __post_init__(self) -> None:
+        self.motion = lru_cache(maxsize=CACHED)(self._motion)
 
     def rig(self, name: str, path: Path, entry: CatalogueEntry) -> Rig:
         """The body in a file; files with the same hierarchy share one object. Raises BenchError."""
@@ -115,18 +117,11 @@ class Motions:
             raise cached
         return cached
 
-    def motion(self, name: str, path: Path, entry: CatalogueEntry) -> Motion:
+    def _motion(self, name: str, path: Path, entry: CatalogueEntry) -> Motion:
         """A file's motion on the joints and at the rate of the cases. Raises BenchError."""
-        if path in self._cache:
-            self._cache.move_to_end(path)
-            return self._cache[path]
         motion = self.rig(name, path, entry).motion(self._recording(path), self.fps)
         if motion.frames % self.multiple:
             motion = motion.at(slice(0, motion.frames // self.multiple * self.multiple))
-        self._cache[path] = motion
-        self._bytes += _size(motion)
-        while self._bytes > KEEP_BYTES and len(self._cache) > 1:
-            self._bytes -= _size(self._cache.popitem(last=False)[1])
         return motion
 
     def _recording(self, path: Path) -> bvh.Recording:
@@ -141,10 +136,6 @@ class Motions:
             cure = f"; give unit={other}" if other != self.unit else ""
             raise BenchError(f"{path}: read in {self.unit}, {name} is {height:.3g} m high{cure}")
         return built
-
-
-def _size(motion: Motion) -> int:
-    return motion.rotations.shape[0] * motion.rotations.shape[1] * _BYTES_PER_JOINT
 
 
 def training_clips(
@@ -167,3 +158,42 @@ def training_clips(
 
             cast.setdefault(usual, {})[name] = NamedClips(usable, read)
     return cast
+
+
+# ------------------------------------------------------------------------------------------------ pairs
+@dataclass
+class _Clip:
+    """able: characters that perform it in the same number of frames."""
+
+    clip: str
+    able: Sequence[str]
+    read: Callable[[str, str], Motion]
+    kind: str = ""
+    exact: bool = False
+
+    def of(self, name: str) -> Performed:
+        return Performed(self.read(name, self.clip))
+
+
+class Pairs(StoredPairs):
+    """Every ordered pair of different characters of every clip, which are nearly copied rotations; contacts
+    and touches are not known."""
+
+    def __init__(
+        self, lengths: Mapping[str, Mapping[str, int]], read: Callable[[str, str], Motion]
+    ) -> None:
+        """lengths: clip -> character -> frames. read: the motion of a character and a clip."""
+        self._clips = [_Clip(clip, performers(frames), read) for clip, frames in lengths.items()]
+        self._clips = [each for each in self._clips if len(each.able) > 1]
+        troupe = max((len(each.able) for each in self._clips), default=2)
+        super().__init__(len(self._clips), troupe)
+
+    def performance(self, number: int) -> _Clip:
+        return self._clips[number]
+
+
+def performers(frames: Mapping[str, int]) -> tuple[str, ...]:
+    """The characters of a clip with the length that most of them have, the longest of equals."""
+    counts = Counter(frames.values())
+    usual = max(counts, key=lambda length: (counts[length], length), default=0)
+    return tuple(name for name, length in frames.items() if length == usual)

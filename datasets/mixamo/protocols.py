@@ -8,16 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from retarget_bench.api import CaseInfo
-from retarget_bench.errors import BenchError, FileError
-from retarget_bench.motion.bvh.catalogue import (
-    CatalogueEntry,
-    bvh_files,
-    contents,
-    existing,
-    some,
-    subfolders,
-)
-from retarget_bench.motion.character import resampled_frames
+from retarget_bench.api.datasets import usual_split
+from retarget_bench.errors import BenchError, FileError, some
+from retarget_bench.motion.files.catalogue import CatalogueEntry, bvh_files, contents, existing, subfolders
 
 from .motions import Motions
 
@@ -216,7 +209,7 @@ def list_cases(
                 short[name] += 1
             else:
                 same = first.structure == second.structure
-                split = "self" if source == target else "intra" if same else "cross"
+                split = usual_split(source == target, same)
                 case = f"mixamo/{source}>{target}/{name}"
                 listing.infos.append(CaseInfo(case, "retarget", split, source, target, name, frames=frames))
     notes += _dropped(absent, "for want of the clip on one side")
@@ -254,9 +247,7 @@ def _readable(
             elif selection.structure.get(character, body) != body:
                 foreign.append(f"{character}/{path.name}")
             else:
-                readable[character, name] = Clip(
-                    body, resampled_frames(entry.frames, entry.fps, motions.fps)
-                )
+                readable[character, name] = Clip(body, entry.frames_at(motions.fps))
     reasons = ((broken, "cannot be used"), (foreign, "another rig than the protocol's character"))
     notes = [
         f"{len(names)} file{'s' * (len(names) > 1)} left out, {why}: {some(names, _LISTED)}"

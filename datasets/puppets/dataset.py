@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from retarget_bench.api import Case, CaseInfo, Dataset, DatasetCard
 from retarget_bench.api.datasets import usual_splits
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
@@ -17,10 +18,10 @@ from .contract import USUAL, VERSION, Corpus, Labels, Manner, Part, Size, Surfac
 from .frozen import Frozen
 
 if TYPE_CHECKING:  # the generator is imported where it is needed alone
-    from .corpus.clips import Clip
-    from .corpus.generated import Generated
-    from .corpus.matched import Matches, Pair
-    from .corpus.pairs import Pairs
+    from .generator.corpus.clips import Clip
+    from .generator.corpus.generated import Generated
+    from .generator.corpus.matched import Matches, Pair
+    from .generator.corpus.pairs import Pairs
 
 RELEASE = "puppets-1.0"
 """Generator, lists of cases and metrics, frozen together."""
@@ -93,8 +94,16 @@ class Puppets(Dataset):
 
     @cached_property
     def _generated(self) -> Generated:
-        from .corpus.generated import Generated
-
+        try:
+            from .generator.corpus.generated import Generated
+        except ModuleNotFoundError as error:
+            if not str(error.name).startswith(f"{__package__}.generator"):
+                raise
+            raise FileError(
+                Path(__file__).with_name("generator"),
+                "is missing, and makes all but the cases and training clips of puppets[size=tiny]; "
+                "use these, or install the package again",
+            ) from error
         return Generated(self.size, self.part, self.seed, self._drawn, self._flesh)
 
     @property

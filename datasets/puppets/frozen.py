@@ -1,6 +1,7 @@
 """The corpus of size ``tiny`` as it was published, read from files that come with the package.
 
-``corpus/freezing.py`` writes them. Nothing of the generator is imported here: it may change, or be absent.
+``generator/corpus/freezing.py`` writes them. Nothing of the generator is imported here: it may change, or
+be absent.
 """
 
 from __future__ import annotations

@@ -218,45 +218,60 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     scores = tuple(of_row(row) for row in range(len(matrix.rows)))
     sets = set_values(row.header for row in matrix.rows)
     of_sets = cache(lambda value: _set_ranking(scores, value, sets[value]))
+    of_cases = cache(lambda value: _ranking(matrix, value))
     return SplitSummary(
         **{each.name: getattr(matrix, each.name) for each in fields(ResultMatrix)},
         scores=scores,
         rankings=OnDemand(
-            [*ids, *sets], lambda value: of_sets(value) if value in sets else of_value(value).ranking
+            [*ids, *sets], lambda value: of_sets(value) if value in sets else of_cases(value)
         ),
     )
 
 
 @dataclass(frozen=True)
 class _OfValue:
-    """Mean, curve and spread over seeds of every row by one value, and the ranking."""
+    """Mean, curve and spread over seeds of every row by one value."""
 
     means: list[Mean | None]
     curves: list[dict[str, Mean]]
     spreads: list[float | None]
-    ranking: Ranking | None
 
 
 def _of_value(matrix: ResultMatrix, value: str) -> _OfValue:
-    ranked = np.array([not unranked(row.header) for row in matrix.rows])
-    never = np.array([bool(never_ranked(row.header.method)) for row in matrix.rows])
     nothing = [None] * len(matrix.rows)
-    result = _OfValue([*nothing], [{} for _ in nothing], [*nothing], None)
+    result = _OfValue([*nothing], [{} for _ in nothing], [*nothing])
     for index in [index for key, index in matrix.keys if key == value]:
-        numbers = matrix.numbers((value, index))
-        common, among, left_out = common_cases(numbers, ranked, never)
+        numbers, common, among, _ = common_numbers(matrix, value, index)
         means = means_over_clips(numbers, matrix.clips)
         if not index:
             spreads = [
                 _spread(row, value, matrix.clips, common if each else np.True_) if mean else None
                 for row, mean, each in zip(matrix.rows, means, among, strict=True)
             ]
-            order = ranking(matrix, value, numbers, among, left_out)
-            result = _OfValue(means, result.curves, spreads, order)
+            result = _OfValue(means, result.curves, spreads)
         else:
             for curve, mean in zip(result.curves, means, strict=True):
                 curve |= {} if mean is None else {index: mean}
     return result
+
+
+def _ranking(matrix: ResultMatrix, value: str) -> Ranking | None:
+    """The ranking by a value, whose tests take longer than all means; None of curves."""
+    if (value, "") not in matrix.keys:
+        return None
+    numbers, _, among, left_out = common_numbers(matrix, value)
+    return ranking(matrix, value, numbers, among, left_out)
+
+
+def common_numbers(
+    matrix: ResultMatrix, value: str, index: str = ""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[int, str]]:
+    """``(methods, cases)`` numbers, of ranked methods, controls and methods that see more on the common
+    cases alone; and what ``common_cases`` gives."""
+    numbers = matrix.numbers((value, index))
+    ranked = np.array([not unranked(row.header) for row in matrix.rows])
+    never = np.array([bool(never_ranked(row.header.method)) for row in matrix.rows])
+    return numbers, *common_cases(numbers, ranked, never)
 
 
 def _spread(row: MethodRow, value: str, clips: np.ndarray, common: np.ndarray | np.bool_) -> float | None:

@@ -19,15 +19,16 @@ from retarget_bench.plugins import registry
 
 if TYPE_CHECKING:
     from retarget_bench.figures.data.model import Figure
+    from retarget_bench.figures.data.values import Styles
     from retarget_bench.motion.motion import Motion
     from retarget_bench.results.result_matrix import ResultMatrix
     from retarget_bench.results.store import ResultPaths
 
-KINDS = ("methods", "pairs", "growth", "recall", "levels", "attention")
+KINDS = ("methods", "growth", "recall", "levels", "attention")
 IN_HEIGHTS = "pan_recall_h"
 """The recall whose thresholds are in heights, which mean the same on every body."""
 OF_KINDS = {
-    "columns": ("methods", "pairs", "growth", "recall"),
+    "columns": ("methods", "growth", "recall"),
     "task": ("levels",),
     "source": ("attention",),
     "at": ("attention",),
@@ -66,7 +67,6 @@ def command(kind: str, options: Options) -> None:
 
     \b
     methods    means with intervals; joined are those that the data cannot tell from the best
-    pairs      errors by source and target, a heat map per method
     growth     how the error grows over the seconds of a clip
     recall     how many foot contacts are kept, over how slow a foot counts as planted (PAN's Figure 7);
                --columns pan_recall_h: thresholds in heights
@@ -74,6 +74,7 @@ def command(kind: str, options: Options) -> None:
     attention  what one learned method attends to in --source, on its body and over time (PAN's Figure 8);
                -o FILE.csv has the numbers
 
+    Controls, and variants of methods, are left out unless -m names them, or --variants asks for variants.
     Learned methods have two lines of one colour over levels: full for structures that training had, dashed
     for others.
     """
@@ -84,8 +85,7 @@ def command(kind: str, options: Options) -> None:
         _attention(options)
         return
     from retarget_bench.figures import method_order
-    from retarget_bench.figures.plotting import canvas
-    from retarget_bench.figures.plotting.drawing import draw
+    from retarget_bench.figures.plotting import canvas, drawing
 
     canvas.ending(options.out)
     places = _places(options, options.task if kind == "levels" else defaults.TASK)
@@ -93,8 +93,10 @@ def command(kind: str, options: Options) -> None:
         places = method_order.of_methods(places, methods)
     # colours are by rank among all results, so that they are the same in every picture
     ranked = method_order.ranked(method_order.everything(options.roots))
-    page = canvas.Page(canvas.WIDTHS[options.width], not options.no_title, ranked)
-    draw(options.out, _chart(kind, places, options, list(ranked)), page)
+    named = list(method_order.labels(places).values()) if methods else ()
+    styles = method_order.styles(ranked, named, variants=options.variants)
+    figure = _chart(kind, places, options, styles)
+    drawing.draw(options.out, figure, styles, canvas.WIDTHS[options.width], titled=not options.no_title)
     echo(f"wrote {options.out}")
 
 
@@ -119,12 +121,12 @@ def _places(options: Options, task: str) -> list[ResultPaths]:
     return of_splits(places, listed(options.splits))
 
 
-def _chart(kind: str, places: Sequence[ResultPaths], options: Options, order: Sequence[str]) -> Figure:
+def _chart(kind: str, places: Sequence[ResultPaths], options: Options, styles: Styles) -> Figure:
     """A chart of one value, all splits in one figure; in levels of a task what training had and had not is
     drawn apart. As in tables, variants of methods are not shown unless asked for."""
     from retarget_bench.analysis.seen_unseen import seen_and_unseen
     from retarget_bench.analysis.selection import Selection, of_bodies
-    from retarget_bench.figures.data import bodies, lines, rows
+    from retarget_bench.figures.data import lines, rows
     from retarget_bench.results.result_matrix import result_matrices
 
     variants = options.variants or bool(options.methods) or kind == "levels"
@@ -135,7 +137,7 @@ def _chart(kind: str, places: Sequence[ResultPaths], options: Options, order: Se
     if kind == "levels":
         (matrix,) = matrices
         draw_levels = lines.denoise if options.task == "denoise" else lines.joint_completion
-        return draw_levels(matrix, seen_and_unseen(places, "level"), order)
+        return draw_levels(matrix, styles, seen_and_unseen(places, "level"))
     matrices, columns = of_bodies(matrices, options.bodies), listed(options.columns)
     if kind == "recall":
         if columns not in ((), (IN_HEIGHTS,)):
@@ -143,12 +145,12 @@ def _chart(kind: str, places: Sequence[ResultPaths], options: Options, order: Se
                 f"recall is drawn over speeds, or over heights by --columns {IN_HEIGHTS}; "
                 f"got {', '.join(columns)}"
             )
-        return lines.recall(matrices, by_height=columns == (IN_HEIGHTS,), order=order)
+        return lines.recall(matrices, styles, by_height=columns == (IN_HEIGHTS,))
     if len(columns) > 1:
         raise BenchError(f"a chart shows one value; --columns names {len(columns)}")
     (name,) = columns or ("growth.world" if kind == "growth" else "mpjpe_h.world",)
-    make = {"methods": rows.ties, "pairs": bodies.pairs, "growth": lines.growth}[kind]
-    return make(matrices, _value_id(matrices, name), order=order)
+    make = rows.ties if kind == "methods" else lines.growth
+    return make(matrices, _value_id(matrices, name), styles)
 
 
 def _value_id(matrices: Sequence[ResultMatrix], name: str) -> str:

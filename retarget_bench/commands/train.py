@@ -119,8 +119,8 @@ def _prepare(options: Options) -> int:
     Training makes what it needs by itself; this does it beforehand. Interrupted, it goes on where it
     stopped.
     """
+    from retarget_bench.errors import some
     from retarget_bench.files import cache_folder
-    from retarget_bench.motion.bvh.catalogue import some
     from retarget_bench.training.prepare import prepare
 
     spec, total = registry.canonical("datasets", named.dataset(_one(options), options.root)), 0

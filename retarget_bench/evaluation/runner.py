@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import BenchError, FileError, some
 from retarget_bench.evaluation import clips, executors, pairs, set_metrics, timing, waiting
 from retarget_bench.evaluation.executors import Engine
 from retarget_bench.evaluation.executors.local import Local
@@ -16,7 +16,6 @@ from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, evaluation_units
 from retarget_bench.evaluation.shards import Answer, StoredPlan, Unit, cut, left_over
 from retarget_bench.files import LOCK, locked
-from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.plugins import bound
 from retarget_bench.results import case_metadata, journal, store
 from retarget_bench.results.store import CaseResult, ResultPaths

@@ -10,7 +10,7 @@ import platform
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -75,6 +75,7 @@ class ShardWork:
         self.plan = self.stored.plan
         registry.know_files(self.plan.plugin_files)
         self.metrics = bound.metrics(self.plan.metrics)
+        self._dataset = cache(bound.dataset)  # specs of units are canonical: each is read once
         if check:
             self._check()
         limits = Limits(self.plan.timeout or 0.0, int((self.plan.memory or 0.0) * 2**30), self.plan.isolate)
@@ -192,7 +193,7 @@ class ShardWork:
         Raises BenchError."""
         before, of_unit = partial(self._before, unit, case.info.id), self.stored.units[unit]
         extracts = dict[str, Extract]()
-        clips = _clips(bound.dataset(of_unit.dataset), self.plan.task, of_unit.split)[case.info.pair]
+        clips = _clips(self._dataset(of_unit.dataset), self.plan.task, of_unit.split)[case.info.pair]
         of_pairs = [metric for metric in self.metrics.of_pairs if clips >= metric.least]
         if of_pairs:
             extracts, added = pairs.collect(of_pairs, case, prediction, before)
@@ -273,10 +274,10 @@ class ShardWork:
         return timing.measured(worker, lambda cases: self._questions(unit, cases), data, infos)
 
     def _data(self, unit: Unit) -> Dataset:
-        return data_of(bound.dataset(unit.dataset), self.plan.task)
+        return data_of(self._dataset(unit.dataset), self.plan.task)
 
     def _infos(self, unit: Unit) -> dict[str, CaseInfo]:
-        return _infos(bound.dataset(unit.dataset), self.plan.task, unit.split)
+        return _infos(self._dataset(unit.dataset), self.plan.task, unit.split)
 
 
 # ------------------------------------------------------------------------------------- stored outcomes

@@ -1,4 +1,4 @@
-"""Ends of axes and colour scales: far worse results are left out and marked at the edge."""
+"""Ends of axes and colour scales: far worse results lie beyond them, and are marked at the edge."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.header import DeclaredValue
 
 if TYPE_CHECKING:
     from retarget_bench.analysis.summary import Mean
@@ -21,35 +21,29 @@ MARGIN = 0.03
 """Of an axis, what is left free beyond the last mark."""
 
 
-def top(highest: Sequence[float], decimals: int = 2, others: Sequence[float] = ()) -> float:
+def top(highest: Sequence[float], decimals: int = 2) -> float:
     """The end of an axis, from the highest number of every method; far worse ones are left out.
 
     decimals: with which the numbers are written; methods that have nothing but zeros then do not count.
-    others: numbers that the axis reaches to as well, such as controls', but that do not count as methods.
     """
     numbers = [each for each in highest if np.isfinite(each) and each >= 0.5 * 10.0**-decimals]
-    if not numbers:
-        return 10.0**-decimals
-    longest = max([*numbers, *(each for each in others if np.isfinite(each))])
-    return float(min(longest, ROOM * float(np.median(numbers))))
+    return float(min(max(numbers), ROOM * float(np.median(numbers)))) if numbers else 10.0**-decimals
 
 
 def limits(
     means: Mapping[str, Iterable[Mean]],
-    headers: Mapping[str, ResultHeader],
     declared: DeclaredValue,
     *,
     bands: bool = False,
     from_zero: bool = True,
-) -> tuple[float, float, bool]:
-    """The least and the highest number of an axis, and whether something lies beyond it.
+) -> tuple[float, float]:
+    """The least and the highest number of an axis; what is far worse than the median method lies beyond.
 
-    Controls lengthen the axis as far as the methods allow; what is far worse than the median method lies
-    beyond. The axis is up to twice as long where intervals of what lies within need it, but not for bands,
-    which may run out.
+    The axis is up to twice as long where intervals of what lies within need it, but not for bands, which
+    may run out.
 
-    means: label -> all that is drawn of it. headers: label -> the header of its results. declared: the
-    value, as results declare it. from_zero: whether the axis reaches down to 0.
+    means: label -> what the axis is to show of it. declared: the value, as results declare it. from_zero:
+    whether the axis reaches down to 0.
     """
     shown = {label: listed for label, each in means.items() if (listed := list(each))}
     every = [mean for each in shown.values() for mean in each]
@@ -58,35 +52,25 @@ def limits(
     highest, least = max(highs, default=1.0), min(lows, default=0.0)
     end = math.inf
     if declared.better in CUT and shown:
-        end = _end(shown, headers, declared)
+        own = [max(mean.value for mean in each) for each in shown.values()]
+        size = max(own)
+        end = top(own, 3 - math.floor(math.log10(size)) if size > 0 else 2)
+        end = max(end, float(declared.goal)) if declared.better == "target" else end
         inner = (mean.interval.high for mean in every if mean.interval is not None and mean.value <= end)
         end = end if bands else max(end, min(2.0 * end, max(inner, default=end)))
     cut = highest > end
     first = min(0.0, least) if from_zero else least
     room = MARGIN * ((end if cut else highest) - first) or MARGIN * max(abs(first), 1.0)
-    return first - room, end if cut else highest + room, cut
+    return first - room, end if cut else highest + room
 
 
-def _end(
-    shown: Mapping[str, Sequence[Mean]], headers: Mapping[str, ResultHeader], declared: DeclaredValue
-) -> float:
-    """The end of an axis by the methods alone, and as far as they allow by the controls."""
-    highest = {label: max(mean.value for mean in each) for label, each in shown.items()}
-    own = [number for label, number in highest.items() if not headers[label].method.control]
-    counted = own or list(highest.values())
-    size = max(counted)
-    end = top(counted, 3 - math.floor(math.log10(size)) if size > 0 else 2, list(highest.values()))
-    return max(end, float(declared.goal)) if declared.better == "target" else end
-
-
-def colour_end(numbers: Mapping[str, Sequence[float]], ranked: Iterable[str], share: float) -> float:
-    """The end of a colour scale: this share of the numbers of ranked methods is below (of all methods where
-    none is ranked), and it is no more than ``ROOM`` times the highest number of the median one.
+def colour_end(numbers: Mapping[str, Sequence[float]], share: float) -> float:
+    """The end of a colour scale: this share of the numbers is below, and it is no more than ``ROOM`` times
+    the highest number of the median method.
 
     numbers: label -> what is drawn of it.
     """
-    among = [each for label in ranked if (each := numbers.get(label))]
-    among = among or [each for each in numbers.values() if each]
+    among = [each for each in numbers.values() if each]
     numbers_sorted = sorted(number for each in among for number in each)
     if not numbers_sorted:
         return 1.0

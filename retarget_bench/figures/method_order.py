@@ -1,7 +1,8 @@
 """The order of methods, by rank in the tables; it decides their colours everywhere."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -41,19 +42,27 @@ def everything(roots: Iterable[Path]) -> list[ResultPaths]:
     return [place for root in roots for task in TASKS for place in store.find_results(root, task)]
 
 
-def styles(ranked: Mapping[str, ResultHeader]) -> dict[str, palette.MethodStyle]:
-    """Label -> its style, the same in reports and files: methods and controls are counted apart, variants
-    of methods last, so that methods keep colours of their own.
+def styles(
+    ranked: Mapping[str, ResultHeader], named: Collection[str] = (), *, variants: bool = False
+) -> dict[str, palette.MethodStyle]:
+    """Label -> its style, the same in reports and files. Methods have colours of their own; controls, and
+    variants of methods, are grey, come last, and charts show them only where they are asked for.
 
-    ranked: label -> a header of its results, in the order of ``ranked``.
+    ranked: label -> a header of its results, in the order of ``ranked``. named, variants: labels that are
+    asked for, and whether variants are.
     """
+    group = {
+        label: 2 if selection.is_variant(header.method, ranked) else int(header.method.control)
+        for label, header in ranked.items()
+    }
     styles_of: dict[str, palette.MethodStyle] = {}
     counts = {False: 0, True: 0}
-    for label in sorted(ranked, key=lambda label: selection.is_variant(ranked[label].method, ranked)):
-        header = ranked[label]
-        control = header.method.control
-        styles_of[label] = palette.method_style(counts[control], header.method)
-        counts[control] += 1
+    for label in sorted(ranked, key=group.__getitem__):
+        grey, privileged = group[label] > 0, bool(ranked[label].method.privileged)
+        style = palette.method_style(counts[grey], quiet=grey, privileged=privileged)
+        asked = label in named or (variants and group[label] == 2)
+        styles_of[label] = replace(style, quiet=grey and not asked)
+        counts[grey] += 1
     return styles_of
 
 
@@ -73,7 +82,7 @@ def apart(places: Iterable[ResultPaths]) -> list[list[ResultPaths]]:
 
 def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
     """The results of these methods, in the order of the names. Raises BenchError for an unknown one."""
-    label_of = {place: store.read_header(place.any_header).method.shown for place in places}
+    label_of = labels(places)
     chosen: list[ResultPaths] = []
     for name in names:
         label = selection.label_of(name, set(label_of.values()))
@@ -81,6 +90,11 @@ def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[Resu
             raise selection.unknown(label_of.values(), name)
         chosen += [place for place in places if label_of[place] == label and place not in chosen]
     return chosen
+
+
+def labels(places: Iterable[ResultPaths]) -> dict[ResultPaths, str]:
+    """Results -> the label of their method."""
+    return {place: store.read_header(place.any_header).method.shown for place in places}
 
 
 def order(sections: Sequence[SplitSummary], main: Mapping[str, str]) -> list[str]:

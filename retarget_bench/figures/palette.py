@@ -8,8 +8,6 @@ well.
 
 from dataclasses import dataclass
 
-from retarget_bench.results.header import MethodInfo
-
 COLOURS = (
     "#0a4d9b",
     "#c85800",
@@ -23,14 +21,14 @@ COLOURS = (
 )
 """Of methods, by their rank in the table."""
 CONTROLS = ("#444444", "#757575", "#949494")
-"""Of rows that bound the scale."""
+"""Of rows that bound the scale, and of variants of methods."""
 SOURCE = "#808080"
 REFERENCE = "#1a1a1a"
 SHAPES = 8
 """Shapes of marks that every backend has: circle, square, diamond, two triangles, plus, cross, star."""
 DASHES = ("full", "dash-dot", "long")
-"""Lines of methods; every eight methods the next. Those of controls are dashed, of methods that see more
-than others dotted."""
+"""Lines of methods; every eight methods the next. Those of controls and variants are dashed, of methods
+that see more than others dotted."""
 
 SHADES = 12
 """Steps of the colour scale of errors, from pale to dark."""
@@ -42,26 +40,28 @@ LIGHTEST, MIDDLE, DARKEST = (0.953, 0.925, 0.835), (0.871, 0.510, 0.255), (0.290
 class MethodStyle:
     """The colour, mark and line of a method.
 
-    name: ``m3``, ``c0`` of a control: its place, and the class of its marks on a page. shape: of its marks,
-    below ``SHAPES``. dash: of its lines: full, dashed, dotted, dash-dot or long.
+    name: ``m3``, ``c0`` of a control or variant: its place, and the class of its marks on a page. shape: of
+    its marks, below ``SHAPES``. dash: of its lines: full, dashed, dotted, dash-dot or long.
+    quiet: whether charts show it only when asked to.
     """
 
     name: str
     colour: str
     shape: int
     dash: str
+    quiet: bool = False
 
 
-def method_style(place: int, method: MethodInfo | None = None) -> MethodStyle:
-    """The style of the method at a place among the methods, or of the control among the controls.
+def method_style(place: int, *, quiet: bool = False, privileged: bool = False) -> MethodStyle:
+    """The style of the method at a place among the methods, or, quiet, of the control or variant among
+    these.
 
-    method: as its results name it. Colours, marks and dashes turn at different paces, so that no two of the
-    first 24 methods are alike.
+    Colours, marks and dashes turn at different paces, so that no two of the first 24 are alike.
     """
-    if method is not None and method.control:
-        return MethodStyle(f"c{place}", CONTROLS[place % len(CONTROLS)], place % SHAPES, "dashed")
     again, shape = divmod(place, SHAPES)
-    dash = "dotted" if method is not None and method.privileged else DASHES[again % len(DASHES)]
+    if quiet:
+        return MethodStyle(f"c{place}", CONTROLS[place % len(CONTROLS)], shape, "dashed", True)
+    dash = "dotted" if privileged else DASHES[again % len(DASHES)]
     return MethodStyle(f"m{place}", COLOURS[place % len(COLOURS)], shape, dash)
 
 
@@ -74,13 +74,6 @@ def shade(share: float) -> int:
 def shades() -> list[tuple[float, float, float]]:
     """Red, green and blue of every step, from 0 to 1."""
     return [_between(k / (SHADES - 1)) for k in range(SHADES)]
-
-
-def ink(rgb: tuple[float, float, float]) -> str:
-    """Black or white, whichever can be read on a colour."""
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in rgb]
-    luminance = sum(k * c for k, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
-    return "#000" if luminance > 0.179 else "#fff"
 
 
 def _between(share: float) -> tuple[float, float, float]:

@@ -22,8 +22,7 @@ from retarget_bench.motion.editing.edits import Edits
 from retarget_bench.motion.files import writing
 from retarget_bench.motion.files.formats import of_array
 from retarget_bench.motion.files.reading import Reading
-from retarget_bench.motion.files.smpl.arrays import finite
-from retarget_bench.motion.files.smpl.joint_arrays import Joints
+from retarget_bench.motion.files.smpl.arrays import Joints, finite
 from retarget_bench.motion.findings import counted_frames
 from retarget_bench.motion.importer import Imported
 from retarget_bench.motion.point_sets import PointSets

@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.analysis import ranking, statistics
+from retarget_bench.analysis import ranking, statistics, summary
 from retarget_bench.errors import printable
-from retarget_bench.figures.data import values
 from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.motions import PackedScenes
@@ -117,7 +116,7 @@ def _split(split: Split, at: tuple[int, int], shown: PackedScenes) -> dict[str, 
 
 def _value(split: Split, value: Column, cases: Sequence[int]) -> dict[str, Any]:
     """``among``: methods whose means are over common cases alone; ``alone``: cases that are not common."""
-    _, common, among = values.common_numbers(split.matrix, value.id)
+    _, common, among, _ = summary.common_numbers(split.matrix, value.id)
     return {
         "id": value.id,
         "label": value.label,

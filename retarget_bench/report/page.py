@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -12,8 +12,9 @@ from markupsafe import Markup
 
 import retarget_bench
 from retarget_bench.figures import method_order, palette
+from retarget_bench.figures.data import values
 from retarget_bench.figures.palette import MethodStyle
-from retarget_bench.figures.svg import elements
+from retarget_bench.figures.plotting import page_svg
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.index import index, left_out
 from retarget_bench.report.motions import PackedScenes
@@ -31,28 +32,40 @@ SCRIPT = ("cases", "links", "begin")
 """The files of the script, in the order in which they stand in one."""
 
 
-def page(chapters: Sequence[Chapter], shown: PackedScenes, ranked: Mapping[str, ResultHeader]) -> str:
-    """The whole document. ranked: of ``method_order``, for colours."""
+def page(
+    chapters: Sequence[Chapter],
+    shown: PackedScenes,
+    ranked: Mapping[str, ResultHeader],
+    named: Collection[str] = (),
+) -> str:
+    """The whole document. ranked: of ``method_order``, for colours. named: methods that were asked for."""
     labels = {label for chapter in chapters for label in chapter.labels}
-    styles = {label: each for label, each in method_order.styles(ranked).items() if label in labels}
+    every = method_order.styles(ranked, named)
+    styles = {label: each for label, each in every.items() if label in labels}
     script = "\n".join(_file(f"script/{name}.js") for name in SCRIPT)
     tables = [table for chapter in chapters for table in chapter.tables]
     context = as_html.context(tables) | {
         "title": "Results of motion retargeting",
-        "chapters": [_chapter(chapter, styles) for chapter in chapters],
+        "chapters": [_chapter(chapter, styles, f"c{n}") for n, chapter in enumerate(chapters, 1)],
         "facts": _facts(chapters, shown),
         "shown": shown,
         "scenes": [Markup(text) for text in shown.scenes],
         "data": Markup(player.data(index(chapters, styles, shown))),
         "left_out": left_out(chapters),
-        "style": Markup(
-            _file("report.css") + elements.rules(styles.values()) + (player.style() if shown.scenes else "")
-        ),
+        "style": Markup(_file("report.css") + _rules(styles) + (player.style() if shown.scenes else "")),
         "script": Markup(f'(() => {{\n"use strict";\n{script}\n}})();\n'),
         "player": Markup(player.script()) if shown.scenes else "",
         "shades": range(palette.SHADES),
     }
     return environment().get_template("report.html").render(context)
+
+
+def _rules(styles: Mapping[str, MethodStyle]) -> str:
+    """CSS of the colour scale of errors, and for methods that are switched off in a chapter's charts."""
+    shades = ("#" + "".join(f"{round(255 * each):02x}" for each in rgb) for rgb in palette.shades())
+    scale = "".join(f".s{step}{{--c:{colour}}}" for step, colour in enumerate(shades))
+    names = (each.name for each in styles.values())
+    return scale + "".join(f".off-{name} .panels .{name}{{display:none}}" for name in names)
 
 
 @cache
@@ -78,18 +91,26 @@ GOALS = {
 """Task -> its goal, since the page begins with that of retargeting."""
 
 
-def _chapter(chapter: Chapter, styles: dict[str, MethodStyle]) -> dict[str, Any]:
-    legend = []
+def _chapter(chapter: Chapter, styles: dict[str, MethodStyle], name: str) -> dict[str, Any]:
+    """What the template takes; name: with which ids in its charts begin."""
     answering = {score.label for split in chapter.splits for score in split.section.scores if score.means}
-    for label in [label for label in styles if label in answering]:
-        parts = elements.line([(2, 8), (30, 8)], styles[label]), elements.mark(16, 8, styles[label])
-        sample = elements.tag("svg", *parts, viewBox="0 0 32 16", width=32, height=16, aria_hidden="true")
-        legend.append((label, sample))
+    listed = [label for label in styles if label in answering]
+    on = values.shown(listed, styles)
+    why = {score.label: score.unranked for split in chapter.splits for score in split.section.scores}
+    legend = [
+        {
+            "label": f"{label} ({why[label]})" if why[label] else label,
+            "name": styles[label].name,
+            "on": label in on,
+            "sample": page_svg.sample(styles[label], why[label], f"{name}-legend-{number}"),
+        }
+        for number, label in enumerate(listed)
+    ]
     return {
         "title": chapter.title,
         "asks": GOALS.get(chapter.kind, ""),
         "tables": chapter.tables,
-        "pictures": pictures(chapter, styles),
+        "pictures": pictures(chapter, styles, name),
         "legend": legend,
         "short": [sentence for split in chapter.splits if (sentence := _short(split))],
     }

@@ -1,31 +1,24 @@
 """The charts of a chapter, with headings and reading help."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from markupsafe import Markup
 
 from retarget_bench.analysis import seen_unseen
 from retarget_bench.errors import BenchError
-from retarget_bench.figures.data import bodies, lines, rows
-from retarget_bench.figures.data.model import (
-    Figure,
-    HeatMap,
-    LineChart,
-    NothingToDraw,
-    RowChart,
-    SkeletonChart,
-)  # fmt: skip
+from retarget_bench.figures.data import joints, lines, rows
+from retarget_bench.figures.data.model import Chart, Figure, Mark, NothingToDraw
 from retarget_bench.figures.palette import MethodStyle
-from retarget_bench.figures.svg.charts import Drawing
+from retarget_bench.figures.plotting import canvas, page_svg
 from retarget_bench.report.chapters import Chapter
+from retarget_bench.tables.model import Column, count
 
 JOINTS = "mpjpe_h.joint"
-STRUCTURES = 3
-"""Skeletons of so many structures are drawn of each split, those of most cases."""
-OUTSIDE = "What stands at the edge is farther off."
+Styles = Mapping[str, MethodStyle]
 
 
 @dataclass(frozen=True)
@@ -34,7 +27,6 @@ class Picture:
 
     name:   part of the anchor. reading: how to read it, in a sentence or two.
     panels: a heading ("" for none) and its charts, small multiples of each other.
-    size:   how wide charts are: ``wide``, ``middle`` or ``small``, of which many stand in a line.
     scale:  what the scale of errors goes up to, in words, where colours mean errors; "" otherwise.
     """
 
@@ -42,41 +34,36 @@ class Picture:
     title: str
     reading: str
     panels: tuple[tuple[str, tuple[Markup, ...]], ...]
-    size: str = "wide"
     scale: str = ""
 
 
-def figures(chapter: Chapter, order: Sequence[str]) -> dict[str, list[Figure]]:
+def figures(chapter: Chapter, styles: Styles) -> dict[str, list[Figure]]:
     """Kind -> its charts, of the kinds that say something of these results, in reading order.
 
-    order: all methods, by rank.
+    styles: of all methods, by rank.
     """
     figures_of: dict[str, list[Figure]] = {}
 
-    def add(make: Callable[..., Figure], *arguments: Any, **options: Any) -> None:
+    def add(make: Callable[..., Figure], *arguments: Any) -> None:
         with suppress(NothingToDraw):
-            figure = make(*arguments, order=order, **options)
+            figure = make(*arguments, styles)
             if _informative(figure):
                 figures_of.setdefault(figure.kind, []).append(figure)
 
     matrices = [split.matrix for split in chapter.splits]
-    main = chapter.splits[0].main.id
-    alike = [split.matrix for split in chapter.splits if split.main.id == main]
     if chapter.kind in ("denoise", "joint-completion"):
+        make = lines.denoise if chapter.kind == "denoise" else lines.joint_completion
         for matrix in matrices:
-            add(
-                lines.denoise if chapter.kind == "denoise" else lines.joint_completion,
-                matrix,
-                _halves(chapter),
-            )
-    for make in (rows.clips, rows.kinds):
+            add(partial(make, halves=_halves(chapter)), matrix)
+    for compared in (rows.clips, rows.kinds):
         for split in chapter.splits:
-            add(make, [split.matrix], split.main.id)
-    add(bodies.pairs, alike, main)
+            add(compared, [split.matrix], split.main.id)
     if isinstance(chapter.bodies, Mapping):
-        add(bodies.skeletons, matrices[::-1], JOINTS, chapter.bodies, most=STRUCTURES)
+        for matrix in matrices[::-1]:  # of the hardest split that has them
+            if "joints" not in figures_of:
+                add(joints.skeletons, matrix, JOINTS, chapter.bodies)
     add(lines.recall, matrices)
-    add(lines.growth, matrices)
+    add(lines.growth, matrices, "growth.world")
     for split in chapter.splits:
         add(rows.speed, [split.matrix], split.main.id)
     return figures_of
@@ -91,77 +78,81 @@ def _halves(chapter: Chapter) -> list[seen_unseen.SeenPart]:
 
 
 def _informative(figure: Figure) -> bool:
-    """True where charts say more than the table: of several kinds, pairs, seconds or methods."""
-    first = figure.charts[0] if figure.charts else None
+    """True where charts say more than the table: of kinds of several clips, of seconds or methods."""
     match figure.kind:
         case "kinds":
-            return isinstance(first, RowChart) and len(first.rows) > 1
-        case "pairs":
-            maps = [chart for chart in figure.charts if isinstance(chart, HeatMap)]
-            return any(source != target for each in maps for source, target in each.squares)
+            marks = [mark for chart in figure.charts for each in chart.series for mark in each.marks]
+            several = sum(mark.mean.clips > 1 for mark in marks)
+            return 2 * several > len(marks) and any(len(chart.at.ticks) > 1 for chart in figure.charts)
         case "growth":
-            curves = [chart for chart in figure.charts if isinstance(chart, LineChart)]
-            return any(len(line.marks) > 1 for chart in curves for line in chart.lines)
+            return any(len(each.marks) > 1 for chart in figure.charts for each in chart.series)
         case "speed":
-            return first is not None and len(figure.methods) > 1
-    return first is not None
+            return any(len(chart.series) > 1 for chart in figure.charts)
+    return bool(figure.charts or figure.skeletons)
 
 
 # ---------------------------------------------------------------------------------------------- pictures
-def pictures(chapter: Chapter, styles: Mapping[str, MethodStyle]) -> list[Picture]:
-    """All pictures of a chapter; styles: of all methods, by rank."""
-    values = {key: each for split in chapter.splits for key, each in split.matrix.values.items()}
-    units = {key: "" if each.unit == "1" else each.unit for key, each in values.items()}
-    drawing = Drawing(styles, chapter.splits[0].decimals, units)
-    return [_picture(kind, drawn, drawing) for kind, drawn in figures(chapter, list(styles)).items()]
+def pictures(chapter: Chapter, styles: Styles, name: str) -> list[Picture]:
+    """All pictures of a chapter; styles: of all methods, by rank; name: of the chapter, for ids."""
+    columns = {column.id: column for split in chapter.splits for column in split.values}
+    say = partial(_words, columns=columns, decimals=chapter.splits[0].decimals)
+    return [
+        _picture(kind, drawn, styles, f"{name}-{kind}", say)
+        for kind, drawn in figures(chapter, styles).items()
+    ]
 
 
-def _picture(kind: str, figures: Sequence[Figure], drawing: Drawing) -> Picture:
+def _words(mark: Mark, columns: Mapping[str, Column], decimals: Mapping[str, int]) -> str:
+    """The number of a mark with its interval, and of how many cases it is."""
+    mean, value = mark.mean, mark.cases.value
+    digits, unit = decimals.get(value, 3), columns[value].unit if value in columns else ""
+    text = f"{mean.value:.{digits}f}" + (f" {unit}" if unit not in ("", "1") else "")
+    if mean.interval is not None:
+        text += f", interval {mean.interval.low:.{digits}f} to {mean.interval.high:.{digits}f}"
+    return text if mean.n == 1 else f"{text}, {count(mean.n, 'case')} of {count(mean.clips, 'clip')}"
+
+
+def _picture(
+    kind: str, figures: list[Figure], styles: Styles, name: str, say: Callable[[Mark], str]
+) -> Picture:
     panels: dict[str, list[Markup]] = {}
-    scale, size, reading = "", "wide", READINGS[kind][1]
-    for figure in figures:
-        for chart in figure.charts:
-            heading = ""
-            if isinstance(chart, SkeletonChart):
-                heading = f"{chart.split}, structure {chart.structure}, drawn as {chart.body}"
-            if isinstance(chart, HeatMap | SkeletonChart):
-                scale = f"{chart.scale.high:.3g} and more, {chart.scale.label}"
-                size = "middle" if isinstance(chart, HeatMap) else "small"
-            if isinstance(chart, HeatMap) and chart.together:
-                reading = f"{READINGS[kind][1]} {TOGETHER}"
-            panels.setdefault(heading, []).append(drawing.chart(chart))
-    return Picture(
-        kind, READINGS[kind][0], reading, tuple((h, tuple(each)) for h, each in panels.items()), size, scale
-    )
+    charts: list[Chart] = [chart for figure in figures for chart in figure.charts]
+    panels[""] = [
+        page_svg.chart(chart, styles, f"{name}-{number}", say) for number, chart in enumerate(charts)
+    ]
+    scale = ""
+    for number, each in enumerate(each for figure in figures for each in figure.skeletons):
+        heading = f"{each.split}, structure {each.structure}, drawn as {each.body}"
+        panels.setdefault(heading, []).append(page_svg.skeleton(each, styles, f"{name}-{number}", say))
+        scale = f"{each.errors.high:.3g} and more, {each.errors.label}"
+    own = dict.fromkeys(note for figure in figures for note in figure.notes)
+    notes = "; ".join([*own, *canvas.notes(charts)])
+    reading = READINGS[kind][1] + (f" {notes[0].upper()}{notes[1:]}." if notes else "")
+    kept = tuple((heading, tuple(each)) for heading, each in panels.items() if each)
+    return Picture(kind, READINGS[kind][0], reading, kept, scale)
 
 
-TOGETHER = "Bodies are taken together by structure, of which pairs of one are of two bodies."
 READINGS = {
     "denoise": (
         "Error after denoising, over the error before",
-        "The dotted diagonal is giving the noisy motion back. Flatter is better; what stands at the upper "
-        "edge is far worse than doing nothing. Dashed lines are of structures that a method's training did "
-        "not have.",
+        "The dotted diagonal is giving the noisy motion back. Flatter is better. Dashed lines in a "
+        "method's colour are of structures that its training did not have.",
     ),
     "joint-completion": (
         "Error over the share of joints that was given",
-        "Lower is better. What stands at the upper edge is far worse than most. Dashed lines are of "
-        "structures that a method's training did not have.",
+        "Lower is better. Dashed lines in a method's colour are of structures that its training did not "
+        "have.",
     ),
     "clips": (
         "Distribution over clips",
         "Every dot is a source clip, its cases averaged. Boxes hold the middle half of the clips, the line "
-        "in them is the median, whiskers reach from 5 to 95 %. Arrowheads at the edge are clips far beyond "
-        "it.",
+        "in them is the median, thin lines reach from 5 to 95 %; of more than "
+        f"{rows.DOTS} clips only those beyond have dots.",
     ),
     "kinds": (
         "By kind of performance",
-        f"Means over clips, with intervals where there are clips enough; the hardest kind first. {OUTSIDE}",
-    ),
-    "pairs": (
-        "By pair of bodies",
-        "Sources are rows, targets columns. Numbers say the same as the colours; what is empty was not "
-        "asked, or not answered.",
+        "Means over clips, the hardest kind first. A method has no mark where it lacks too many of the "
+        "cases of a kind.",
     ),
     "joints": (
         "By joint",
@@ -178,12 +169,12 @@ READINGS = {
     "growth": (
         "Error over time",
         "Whether a method loses its way the longer a clip lasts. Fewer clips reach the later seconds, so "
-        "lines may step where short clips end; lines that leave the chart at its top are far worse.",
+        "lines may step where short clips end; they end where too few clips are left for an interval.",
     ),
     "speed": (
         "Quality against speed",
-        "Frames per second of one process and one thread, with handing over; hollow marks are not ranked. "
-        f"The line joins the ranked methods that no other beats in both. {OUTSIDE}",
+        "Frames per second of one process and one thread, with handing over. The dotted line joins the "
+        "ranked methods that no other beats in both.",
     ),
 }
 """Kind -> its title, and how to read it."""

@@ -66,5 +66,6 @@ def write(
     room = motions.ROOM if options.clips is None else motions.MOST_ROOM
     shown = motions.motions(shown_chapters, chosen, room, options.skins)
     ranked = method_order.ranked(chapters.results(roots))
-    files.write_text(options.page, page.page(shown_chapters, shown, ranked))
+    named = {label for each in shown_chapters for label in each.labels} if methods else ()
+    files.write_text(options.page, page.page(shown_chapters, shown, ranked, named))
     return shown

@@ -13,9 +13,8 @@ from typing import Any, Self
 import numpy as np
 
 from retarget_bench.api import Dataset, TrainingClips
-from retarget_bench.errors import NotSupported, Unusable
+from retarget_bench.errors import NotSupported, Unusable, some
 from retarget_bench.files import cache_folder, slug
-from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec

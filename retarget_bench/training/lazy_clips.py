@@ -3,8 +3,10 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
+from itertools import pairwise
 from typing import Generic, Self, TypeVar, overload
 
+from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.motion.motion import Motion
 
 Listed = TypeVar("Listed")
@@ -39,7 +41,7 @@ class LazyClips(Sequence[Motion], ABC, Generic[Listed]):
 
 
 class NamedClips(LazyClips[str]):
-    """Motions that are read by the names of their clips."""
+    """Motions that are read by the names of their clips; what cannot be read is ``Unusable``."""
 
     def __init__(self, names: Sequence[str], read: Callable[[str], Motion]) -> None:
         super().__init__(names)
@@ -50,7 +52,19 @@ class NamedClips(LazyClips[str]):
         return self.listed
 
     def motion(self, each: str) -> Motion:
-        return self._read(each)
+        try:
+            return self._read(each)
+        except Unusable:
+            raise
+        except BenchError as error:
+            raise Unusable(each, str(error)) from error
+
+
+def parts(frames: int, length: int) -> list[slice]:
+    """Equal parts of so many frames, each of about ``length``."""
+    number = max(round(frames / length), 1)
+    ends = [frames * each // number for each in range(number + 1)]
+    return [slice(first, end) for first, end in pairwise(ends)]
 
 
 Cast = Mapping[str, Mapping[str, NamedClips]]

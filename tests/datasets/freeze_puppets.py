@@ -20,9 +20,9 @@ from pathlib import Path
 from test_puppets_release import FILE, release
 
 from retarget_bench.datasets.puppets import archives
-from retarget_bench.datasets.puppets.corpus import freezing
-from retarget_bench.datasets.puppets.corpus.clips import EXCLUSIONS, write_exclusions
 from retarget_bench.datasets.puppets.frozen import FOLDER
+from retarget_bench.datasets.puppets.generator.corpus import freezing
+from retarget_bench.datasets.puppets.generator.corpus.clips import EXCLUSIONS, write_exclusions
 
 
 def main() -> None:

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import Contacts, Touch
-from retarget_bench.datasets.puppets.bodies import rigs
-from retarget_bench.datasets.puppets.bodies.structures import Body
-from retarget_bench.datasets.puppets.conventions import FPS
-from retarget_bench.datasets.puppets.solver.solve import Solution
+from retarget_bench.datasets.puppets.generator.bodies import rigs
+from retarget_bench.datasets.puppets.generator.bodies.structures import Body
+from retarget_bench.datasets.puppets.generator.conventions import FPS
+from retarget_bench.datasets.puppets.generator.solver.solve import Solution
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion

@@ -16,7 +16,11 @@ from retarget_bench.api import SPLITS, Context
 from retarget_bench.datasets.cmu import PLACE, Cmu
 from retarget_bench.datasets.cmu.onto import BODIES, METHOD, fault
 from retarget_bench.datasets.cmu.takes import TESTED, TESTED_TAKES, VALIDATION, part_of, performer
-from retarget_bench.datasets.puppets.corpus.families import VALIDATION_BODIES, families, only_tested
+from retarget_bench.datasets.puppets.generator.corpus.families import (
+    VALIDATION_BODIES,
+    families,
+    only_tested,
+)
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.motion import rotation
 from retarget_bench.plugins import bound

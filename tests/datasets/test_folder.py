@@ -17,8 +17,8 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.gltf import write_into
 from retarget_bench.motion.files.gltf import writing as gltf
 from retarget_bench.motion.files.reading import Reading
-from retarget_bench.motion.files.smpl import average
-from retarget_bench.motion.files.smpl.families import BODY
+from retarget_bench.motion.files.smpl import skeletons
+from retarget_bench.motion.files.smpl.skeletons import BODY
 from retarget_bench.motion.skeleton import Skeleton
 from tests.motion import smpl_files
 from tests.motion.gltf_files import person
@@ -248,10 +248,10 @@ def test_files_of_smpl_stand_beside_others(loose):
     person(random, frames=6).save(loose / "zed.glb")
     smpl_files.archive(loose / "amass.npz", smpl_files.parameters(random))
     (loose / "shape.npz").write_bytes((loose / "amass.npz").read_bytes()[:200])
-    joints = smpl_files.danced(Character.of("body", average.skeleton(BODY)))
+    joints = smpl_files.danced(Character.of("body", skeletons.average(BODY)))
     np.save(loose / "m1.npy", joints[:120])
     np.save(loose / "m2.npy", 1.1 * joints[:50] / 1.1)
-    longer = average.offsets(BODY) * np.where(np.arange(22) == 4, 1.2, 1.0)[:, None]
+    longer = skeletons.offsets(BODY) * np.where(np.arange(22) == 4, 1.2, 1.0)[:, None]
     other = Skeleton(BODY.joints, np.array(BODY.parents), longer)
     np.save(loose / "tall.npy", smpl_files.danced(Character.of("tall", other)))
     dataset = Folder(str(loose), fps=0)

@@ -94,7 +94,7 @@ def test_memory_for_motions_is_bounded(mini, monkeypatch):
     from retarget_bench.datasets.mixamo import motions
 
     dataset = Mixamo(str(mini(A_B)))
-    monkeypatch.setattr(motions, "KEEP_BYTES", 1)
+    monkeypatch.setattr(motions, "CACHED", 1)
     first = dataset.motion("Aj", "Walk")
     assert dataset.motion("Aj", "Walk") is first
     dataset.motion("Aj", "Wave")

@@ -10,9 +10,10 @@ from puppet_takes import touch_gap
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.bodies.characters import BODIES
-from retarget_bench.datasets.puppets.corpus.clips import clips
-from retarget_bench.datasets.puppets.randomness import Stream
+from retarget_bench.datasets.puppets.generator.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.generator.corpus.clips import clips
+from retarget_bench.datasets.puppets.generator.randomness import Stream
+from retarget_bench.datasets.puppets.generator.solver.solve import solve
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.contact import CONTACT_ROLES
 from retarget_bench.motion.rotation import to_matrix
@@ -138,7 +139,7 @@ def test_no_last_digit_grows(monkeypatch: pytest.MonkeyPatch) -> None:
         for number, clip in enumerate(clips("tiny", 0)):
             score = clip.score()
             for body in list(clip.family.bodies.values())[number % 18 :: 18]:
-                solution = clip.family.solve(score, body)
+                solution = solve(score, body)
                 places.append(body.positions(solution.orientations, solution.root))
         return places
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import fields
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets.bodies import rigs, structures
-from retarget_bench.datasets.puppets.bodies.characters import BODIES
-from retarget_bench.datasets.puppets.bodies.proportions import (
+from retarget_bench.datasets.puppets.generator.bodies import rigs
+from retarget_bench.datasets.puppets.generator.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.generator.bodies.proportions import (
     ADULT,
     STATURE,
     Proportions,
@@ -19,8 +18,14 @@ from retarget_bench.datasets.puppets.bodies.proportions import (
     drawn,
     human,
 )
-from retarget_bench.datasets.puppets.bodies.structures import BODY22, H36M17, STRUCTURES, Body, Structure
-from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
+from retarget_bench.datasets.puppets.generator.bodies.structures import (
+    BODY22,
+    H36M17,
+    STRUCTURES,
+    Body,
+    Structure,
+)
+from retarget_bench.datasets.puppets.generator.solver.limbs import centre_of_mass
 from retarget_bench.motion.role_finding import find
 from retarget_bench.motion.roles import ESSENTIAL, in_order, is_quadruped
 from retarget_bench.motion.structures import S23, S28, reduce
@@ -99,21 +104,6 @@ def test_the_cast_is_large_enough_and_part_of_it_held_out() -> None:
         held = sum(body.held_out for body in bodies)
         assert held == len(bodies) if structure == "h36m17" else 0.25 <= held / len(bodies) <= 0.5
         assert {body.rest for body in bodies} == set(rigs.RESTS)
-
-
-def test_the_page_about_the_bodies_says_who_there_is() -> None:
-    page = Path(structures.__file__).with_name("README.md").read_text()
-    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines()]
-    listed = {row[0]: row for row in rows if len(row) == 8 and row[0] in BODIES}
-    assert list(listed) == list(BODIES)
-    for body in BODIES.values():
-        _, structure, _, _, stature, legs, arms, held = listed[body.name]
-        p = body.proportions
-        assert structure == body.structure.name
-        assert stature == f"{crown(p):.2f}"
-        assert legs == f"{100 * p.leg / crown(p):.0f}"
-        assert arms == f"{p.arm / p.leg:.2f}"
-        assert (held == "yes") == body.held_out
 
 
 @everybody

@@ -5,45 +5,63 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
-
+from retarget_bench.api import SPLITS
+from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.contract import VERSION
-from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, families, only_tested
+from retarget_bench.datasets.puppets.generator.conventions import FPS
+from retarget_bench.datasets.puppets.generator.corpus.clips import clips
+from retarget_bench.datasets.puppets.generator.corpus.families import HELD_OUT_KINDS, families, only_tested
 
 ROOT = Path(__file__).parents[2]
-PLACE = ROOT / "datasets" / "puppets" / "README.md"
-CARD = PLACE.read_text(encoding="utf-8")
+CARD = (ROOT / "datasets" / "puppets" / "README.md").read_text(encoding="utf-8")
+MOST_WORDS = 1600
 
 
-def rows(first: str) -> dict[str, list[str]]:
-    """The table whose head begins with a word: first cell -> the others."""
+def rows(first: str) -> list[list[str]]:
+    """The table whose head begins with some words, without its head."""
     table = re.search(rf"^\| {first} \|.*\n\|[-|]+\n((?:\|.*\n)+)", CARD, re.MULTILINE)
     assert table is not None
-    lines = [[cell.strip() for cell in line.strip("|\n").split("|")] for line in table[1].splitlines()]
-    return {cells[0]: cells[1:] for cells in lines}
+    return [[cell.strip() for cell in line.strip("|\n").split("|")] for line in table[1].splitlines()]
+
+
+def named(cell: str) -> dict[str, bool]:
+    """Name -> whether it is in bold, which those only tested are."""
+    return {name.strip("*"): name.startswith("**") for name in cell.split(", ")}
 
 
 def test_every_kind_is_listed_and_those_held_out_are_marked() -> None:
-    listed = {kind: cells[-1] for kind, cells in rows("kind").items()}
-    assert list(listed) == [kind for family in families() for kind in family.kinds]
-    assert {kind for kind, mark in listed.items() if mark} == {k for k in listed if k in HELD_OUT_KINDS}
+    listed = {kind: bold for _, kinds in rows("group") for kind, bold in named(kinds).items()}
+    kinds = {kind for family in families() for kind in family.kinds}
+    assert listed == {kind: kind in HELD_OUT_KINDS for kind in kinds}
+    assert f"{len(kinds) - 2} kinds, and sequences of them" in CARD
 
 
 def test_every_body_is_listed_in_its_joint_set() -> None:
-    for family in families():
-        for name, body in family.bodies.items():
-            joints, listed, held = rows("joint set")[body.structure.name]
-            assert int(joints) == body.structure.joints
-            assert name in listed.split(", ")
-            assert only_tested(body) == (held == "all" or name in held.split(", "))
+    listed = {
+        (structure, int(joints), name): bold
+        for structure, joints, _, names in rows("joint set")
+        for name, bold in named(names).items()
+    }
+    bodies = [body for family in families() for body in family.bodies.values()]
+    assert listed == {
+        (body.structure.name, body.structure.joints, body.name): only_tested(body) for body in bodies
+    }
 
 
-def test_it_is_of_this_version() -> None:
+def test_the_sizes_are_right() -> None:
+    for size, part, number, long, minutes, cases, _ in rows("size")[:-1]:
+        data, listed = Puppets(size=size, part=part), clips(size, 0, part)
+        assert cases == " / ".join(str(len(data.cases("retarget", split))) for split in SPLITS)
+        assert (int(number), int(long)) == (len(listed), sum(clip.long for clip in listed))
+        assert minutes == f"{sum(clip.frames for clip in listed) / FPS / 60:.1f}"
+
+
+def test_it_is_of_this_version_and_short() -> None:
     assert f"generator version {VERSION}." in CARD
+    assert len(CARD.split()) <= MOST_WORDS
 
 
-@pytest.mark.parametrize("picture", sorted(set(re.findall(r"\]\((\S+\.png)\)", CARD))))
-def test_its_pictures_are_there_and_small(picture: str) -> None:
-    place = (PLACE.parent / picture).resolve()
-    assert place.is_relative_to(ROOT)
-    assert 1_000 < place.stat().st_size < 90_000
+def test_there_is_a_small_picture_of_every_kind() -> None:
+    pictures = {path.stem: path.stat().st_size for path in (ROOT / "docs" / "puppets").iterdir()}
+    assert set(pictures) == {kind for family in families() for kind in family.kinds}
+    assert all(1_000 < size < 90_000 for size in pictures.values())

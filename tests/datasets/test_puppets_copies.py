@@ -9,8 +9,9 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets.corpus.clips import Clip, clips, training_clips
-from retarget_bench.datasets.puppets.corpus.families import bodies_of, families
+from retarget_bench.datasets.puppets.generator.corpus.clips import Clip, clips, training_clips
+from retarget_bench.datasets.puppets.generator.corpus.families import bodies_of, families
+from retarget_bench.datasets.puppets.generator.solver.solve import solve
 
 pytestmark = pytest.mark.slow
 
@@ -26,7 +27,7 @@ def trajectory(clip: Clip) -> np.ndarray:
     """``(samples, 3 * joints)``: the clip by the first body of its family, from the root, turned to face
     one way, in shares of the body's height; so that neither place, heading nor build tells clips apart."""
     body = next(iter(clip.family.bodies.values()))
-    solution = clip.family.solve(clip.score(), body)
+    solution = solve(clip.score(), body)
     places = body.positions(solution.orientations, solution.root)[::EVERY]
     from_root = places - places[:, :1]
     ahead = solution.orientations[::EVERY, 0, :, 2]
@@ -84,7 +85,7 @@ def test_no_two_test_clips_are_near_copies() -> None:
 
 
 def test_no_test_clip_is_nearly_a_training_clip() -> None:
-    """Every fifth training clip; the data card states the distance over all of them."""
+    """Every fifth training clip."""
     shown = list(trained("default"))[::5]
     least, first, second = nearest(alike(product(clips("default", 0), shown)))
     assert least > LEAST, (first, second)

@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 from puppet_takes import Take, played
 
-from retarget_bench.datasets.puppets.bodies import rigs
-from retarget_bench.datasets.puppets.bodies.characters import DOGS
-from retarget_bench.datasets.puppets.bodies.dogs import DOG21, PAWS
-from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS
-from retarget_bench.datasets.puppets.performances.dogs import KINDS
-from retarget_bench.datasets.puppets.performances.dogs.sequencing import BRIDGE, PARTS, sequence
-from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver.dogs import SECOND
-from retarget_bench.datasets.puppets.solver.paws import sizes_of
-from retarget_bench.datasets.puppets.solver.solve import solve
+from retarget_bench.datasets.puppets.contract import SECOND
+from retarget_bench.datasets.puppets.generator.bodies import rigs
+from retarget_bench.datasets.puppets.generator.bodies.characters import DOGS
+from retarget_bench.datasets.puppets.generator.bodies.dogs import DOG21, PAWS
+from retarget_bench.datasets.puppets.generator.corpus.families import HELD_OUT_KINDS
+from retarget_bench.datasets.puppets.generator.performances.dogs import KINDS
+from retarget_bench.datasets.puppets.generator.performances.dogs.following import speeds
+from retarget_bench.datasets.puppets.generator.performances.dogs.sequencing import BRIDGE, PARTS, sequence
+from retarget_bench.datasets.puppets.generator.randomness import Stream
+from retarget_bench.datasets.puppets.generator.solver.paws import sizes_of
+from retarget_bench.datasets.puppets.generator.solver.solve import solve
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.role_finding import find
@@ -151,7 +152,7 @@ def test_gaits_go_as_fast_as_they_say(takes: list[Take]) -> None:
             middle = 0.5 * (take.at("left_up_leg") + take.at("left_arm"))[:, [0, 2]]
             way = np.linalg.norm(np.diff(middle[::10], axis=0), axis=-1).sum() / sizes_of(take.body).leg
             seconds = (len(middle[::10]) - 1) * 10 / 30.0
-            assert way / seconds == pytest.approx(take.score.parameters["speed"], rel=0.12), take.name
+            assert way / seconds == pytest.approx(speeds(take.score).mean(), rel=0.12), take.name
 
 
 def test_second_answers_keep_every_paw(takes: list[Take]) -> None:

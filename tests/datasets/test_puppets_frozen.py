@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import get_args
 
@@ -19,9 +18,9 @@ from retarget_bench.datasets import puppets
 from retarget_bench.datasets.puppets import archives, frozen
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.contract import Part
-from retarget_bench.datasets.puppets.corpus import freezing
-from retarget_bench.datasets.puppets.corpus.generated import Generated
 from retarget_bench.datasets.puppets.frozen import FOLDER, Frozen
+from retarget_bench.datasets.puppets.generator.corpus import freezing
+from retarget_bench.datasets.puppets.generator.corpus.generated import Generated
 from retarget_bench.errors import FileError
 from retarget_bench.motion import bvh
 from retarget_bench.motion.motion import Motion
@@ -39,6 +38,11 @@ def assert_same_motion(one: Motion | None, other: Motion | None, what: str) -> N
     assert (one.character.name, one.fps) == (other.character.name, other.fps)
     assert np.abs(one.positions - other.positions).max() < NEAR, what
     assert np.abs(one.rotations - other.rotations).max() < NEAR, what
+
+
+def turned(phase: np.ndarray) -> np.ndarray:
+    """Differences of phases: the last digit decides whether a cycle's end is 1 or already 0."""
+    return np.abs(phase - np.round(phase))
 
 
 def assert_same_case(frozen: Frozen, generated: Generated, info: CaseInfo) -> None:
@@ -64,7 +68,7 @@ def assert_same_case(frozen: Frozen, generated: Generated, info: CaseInfo) -> No
         assert np.array_equal(one.rests, other.rests)
     one, other = frozen.labels(info), generated.labels(info)
     assert one.kind.tolist() == other.kind.tolist()
-    assert np.abs(one.phase - other.phase).max() < NEAR
+    assert turned(one.phase - other.phase).max() < NEAR
     assert list(one.touches) == list(other.touches)
     assert all(np.array_equal(one.touches[name], other.touches[name]) for name in one.touches)
     assert frozen.unseen(info) == generated.unseen(info)
@@ -150,7 +154,9 @@ def test_the_files_are_written_as_they_are(tmp_path: Path) -> None:
         assert list(one) == list(other)
         for key in one:
             assert (one[key].dtype, one[key].shape) == (other[key].dtype, other[key].shape)
-            assert np.abs(one[key].astype(float) - other[key]).max(initial=0.0) < NEAR, key
+            apart = one[key].astype(float) - other[key]
+            apart = turned(apart) if key.endswith(" phases") else np.abs(apart)
+            assert apart.max(initial=0.0) < NEAR, key
 
 
 def test_equal_arrays_give_equal_bytes_and_come_back(tmp_path: Path) -> None:
@@ -202,19 +208,14 @@ def everything() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(path.name for path in FOLDER.iterdir()))
-@pytest.mark.parametrize("harm", ["flip", "cut", "lose"])
+@pytest.mark.parametrize("harm", ["flip", "lose"])
 def test_damaged_files_are_told_in_one_sentence(copied: Path, name: str, harm: str) -> None:
     path = copied / name
-    content = path.read_bytes()
-    everything()
-    forget()
+    content, half = path.read_bytes(), path.stat().st_size // 2
     if harm == "lose":
         path.unlink()
     else:
-        half = len(content) // 2
-        path.write_bytes(
-            content[:half] + (bytes([content[half] ^ 1]) + content[half + 1 :]) * (harm == "flip")
-        )
+        path.write_bytes(content[:half] + bytes([content[half] ^ 1]) + content[half + 1 :])
     with pytest.raises(FileError, match=r"install the package again$") as caught:
         everything()
     assert str(caught.value).startswith(str(copied))
@@ -227,23 +228,76 @@ def test_a_checkout_may_change_line_ends(copied: Path) -> None:
     everything()
 
 
-def imported_by(folder: Path, *words: object) -> set[str]:
-    """Modules of the puppets that a command imports, in whatever process."""
-    environment = os.environ | {
-        "PYTHONPROFILEIMPORTTIME": "1",
-        "RETARGET_BENCH_CACHE": str(folder / "cache"),
+ALL_OF_IT = f"""
+import sys
+from {puppets.__name__} import plugin
+data = plugin()
+assert data.content and data.notes and data.training_manifest()
+for part in data.parts().values():
+    for split in ("self", "intra", "cross"):
+        info = part.cases("retarget", split)[0]
+        assert part.load(info).reference.frames == len(part.labels(info).kind)
+assert data.training()["body22"]["ada"][0].frames
+assert data.characters()["ada"].mesh
+prefix = "{puppets.__name__}."
+print(*(name.removeprefix(prefix) for name in sys.modules if name.startswith(prefix)))
+"""
+
+
+def test_the_embedded_data_needs_nothing_of_the_generator_and_keeps_nothing(tmp_path: Path) -> None:
+    environment = os.environ | {"RETARGET_BENCH_CACHE": str(tmp_path / "cache")}
+    command = [sys.executable, "-c", ALL_OF_IT]
+    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+    assert set(result.stdout.split()) == READERS
+    assert not (tmp_path / "cache").exists()
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        lambda: Puppets(size="default").content,
+        lambda: Puppets(flesh="clothed").characters(),
+        lambda: Puppets().training_pairs(),
+        lambda: Puppets().matched(),
+    ],
+)
+def test_without_the_generator_a_sentence_says_what_is_missing(
+    monkeypatch: pytest.MonkeyPatch, asked: Callable[[], object]
+) -> None:
+    monkeypatch.setitem(sys.modules, f"{puppets.__name__}.generator", None)
+    for name in [name for name in sys.modules if name.startswith(f"{puppets.__name__}.generator.")]:
+        monkeypatch.delitem(sys.modules, name)
+    everything()
+    with pytest.raises(
+        FileError, match=r"generator: is missing, .*; use these, or install the package again$"
+    ):
+        asked()
+
+
+@pytest.mark.slow
+def test_the_main_job_gives_the_same_rows_without_the_generator(tmp_path: Path) -> None:
+    """All default methods, all cases; the gate of an unpacked wheel does some in every run of the tests."""
+    copy = tmp_path / "copy"
+    for name in ("retarget_bench", "methods", "metrics", "datasets"):
+        ignored = shutil.ignore_patterns("__pycache__", "generator")
+        shutil.copytree(ROOT / name, copy / name, ignore=ignored)
+    assert not (copy / "datasets" / "puppets" / "generator").exists()
+    rows = [rows_of_the_main_job(tree, tmp_path / tree.name) for tree in (ROOT, copy)]
+    assert len(rows[0]) > 90
+    assert rows[0] == rows[1]
+
+
+def rows_of_the_main_job(tree: Path, folder: Path) -> dict[str, bytes]:
+    """Every table of ``bench run`` in a checkout but those of speeds."""
+    command = [sys.executable, "-m", "retarget_bench", "run", "--out", str(folder / "runs")]
+    environment = os.environ | {"PYTHONPATH": str(tree), "RETARGET_BENCH_CACHE": str(folder / "cache")}
+    subprocess.run(command, cwd=tree, env=environment, capture_output=True, check=True)
+    files = sorted((folder / "runs").rglob("*.csv"))
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in files
+        if not path.name.endswith(".timing.csv")
     }
-    command = [sys.executable, "-m", "retarget_bench", *map(str, words)]
-    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
-    assert result.returncode == 0, result.stderr[-2000:]
-    return set(re.findall(rf"{re.escape(puppets.__name__)}\.([\w.]+)$", result.stderr, re.MULTILINE))
-
-
-def test_a_run_imports_nothing_of_the_generator_and_keeps_nothing(tmp_path: Path) -> None:
-    arguments = ("copy_rotations", "other_clip", "--limit", 2, "-j", 1, "--out", tmp_path / "runs")
-    assert imported_by(tmp_path, "run", *arguments) == READERS
-    assert not (tmp_path / "cache" / "puppets").exists()
-    assert len([*(tmp_path / "runs").rglob("copy_rotations/*.npz")]) >= 6
 
 
 @pytest.mark.slow
@@ -254,5 +308,10 @@ def test_retargeting_a_file_imports_none_of_the_puppets(tmp_path: Path) -> None:
         assert isinstance(motion, Motion)
         bvh.write(tmp_path / f"{name}.bvh", motion.at(slice(0, 12)), scale=100.0)
     source, target = (f"{tmp_path / name}.bvh[unit=cm]" for name in ("source", "target"))
-    files = (source, "--target", target, "-o", tmp_path / "out.bvh")
-    assert imported_by(tmp_path, "retarget", *files, "-m", "pan") == set()
+    words = ("retarget", source, "--target", target, "-o", str(tmp_path / "out.bvh"), "-m", "pan")
+    command = [sys.executable, "-m", "retarget_bench", *words]
+    environment = os.environ | {"PYTHONPROFILEIMPORTTIME": "1"}  # of all processes
+    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr[-2000:]
+    assert "retarget_bench.motion" in result.stderr
+    assert puppets.__name__ not in result.stderr

@@ -7,17 +7,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets.bodies.characters import BODIES
-from retarget_bench.datasets.puppets.conventions import SIDES, sign
-from retarget_bench.datasets.puppets.matrices import to_vector
-from retarget_bench.datasets.puppets.performances.people import (
+from retarget_bench.datasets.puppets.generator.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.generator.conventions import SIDES, sign
+from retarget_bench.datasets.puppets.generator.matrices import to_vector
+from retarget_bench.datasets.puppets.generator.performances.people import (
     STRUNG,
     sequence,
 )
-from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver.solve import solve
-from retarget_bench.datasets.puppets.solver.touch_points import KINDS as PLACES
-from retarget_bench.datasets.puppets.solver.touch_points import resting, touch_point, touching
+from retarget_bench.datasets.puppets.generator.randomness import Stream
+from retarget_bench.datasets.puppets.generator.solver.solve import solve
+from retarget_bench.datasets.puppets.generator.solver.touch_points import KINDS as PLACES
+from retarget_bench.datasets.puppets.generator.solver.touch_points import resting, touch_point, touching
 
 
 @pytest.mark.parametrize("name", PLACES)

@@ -8,15 +8,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets.bodies.characters import BODIES
-from retarget_bench.datasets.puppets.bodies.structures import Body
-from retarget_bench.datasets.puppets.conventions import SIDES
-from retarget_bench.datasets.puppets.performances.people import KINDS
-from retarget_bench.datasets.puppets.performances.score import Score
-from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
-from retarget_bench.datasets.puppets.solver.reach import ground, stairs_misfit
-from retarget_bench.datasets.puppets.solver.solve import Solution, solve
+from retarget_bench.datasets.puppets.generator.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.generator.bodies.structures import Body
+from retarget_bench.datasets.puppets.generator.conventions import SIDES
+from retarget_bench.datasets.puppets.generator.performances.people import KINDS
+from retarget_bench.datasets.puppets.generator.performances.score import Score
+from retarget_bench.datasets.puppets.generator.randomness import Stream
+from retarget_bench.datasets.puppets.generator.solver.limbs import centre_of_mass
+from retarget_bench.datasets.puppets.generator.solver.reach import ground, stairs_misfit
+from retarget_bench.datasets.puppets.generator.solver.solve import Solution, solve
 from retarget_bench.motion.ground import ground_height
 
 FLYING = ("jog", "run", "jump", "leap", "hop")

@@ -9,15 +9,20 @@ import numpy as np
 import pytest
 
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.bodies.characters import DOGS
-from retarget_bench.datasets.puppets.bodies.dogs import PAWS
-from retarget_bench.datasets.puppets.corpus.clips import shortfalls
-from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, bodies_of, families
-from retarget_bench.datasets.puppets.corpus.matched import LOCOMOTION, Match, Performance, locomotion_labels
-from retarget_bench.datasets.puppets.performances.dogs.following import PARTNERS, follow
-from retarget_bench.datasets.puppets.performances.people import KINDS as PEOPLE
-from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver.solve import solve
+from retarget_bench.datasets.puppets.generator.bodies.characters import DOGS
+from retarget_bench.datasets.puppets.generator.bodies.dogs import PAWS
+from retarget_bench.datasets.puppets.generator.corpus.clips import shortfalls
+from retarget_bench.datasets.puppets.generator.corpus.families import HELD_OUT_KINDS, bodies_of, families
+from retarget_bench.datasets.puppets.generator.corpus.matched import (
+    LOCOMOTION,
+    Match,
+    Performance,
+    locomotion_labels,
+)
+from retarget_bench.datasets.puppets.generator.performances.dogs.following import PARTNERS, follow
+from retarget_bench.datasets.puppets.generator.performances.people import KINDS as PEOPLE
+from retarget_bench.datasets.puppets.generator.randomness import Stream
+from retarget_bench.datasets.puppets.generator.solver.solve import solve
 from retarget_bench.motion.motion import Motion
 
 pytestmark = pytest.mark.slow
@@ -54,18 +59,12 @@ def test_dogs_follow_people(kind: str) -> None:
     for number in range(6):
         leader = PEOPLE[kind](Stream("dogs", "leader", kind, number), 130)
         score = follow(Stream("dogs", "follower", kind, number), leader)
-        assert score is not None
         assert score.kind == PARTNERS[kind]
         body = list(DOGS.values())[number % len(DOGS)]
         solution = solve(score, body)
         places = body.positions(solution.orientations, solution.root)
         steps = np.linalg.norm(np.diff(places[:, [body.part[role] for role in PAWS]], axis=0), axis=-1)
         assert steps[solution.planted[1:]].max() < 1e-3
-
-
-def test_nobody_follows_backwards_or_into_a_squat() -> None:
-    for kind in ("walk_backwards", "walk_sideways", "squat", "jump"):
-        assert follow(Stream("dogs", "none"), PEOPLE[kind](Stream("dogs", "leader", kind), 120)) is None
 
 
 @pytest.mark.parametrize("size", ["tiny", "default", "large"])

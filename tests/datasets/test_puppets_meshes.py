@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets.bodies import meshes, rigs
-from retarget_bench.datasets.puppets.bodies.characters import BODIES, DOGS
-from retarget_bench.datasets.puppets.bodies.meshes import surface
-from retarget_bench.datasets.puppets.bodies.structures import Body
-from retarget_bench.datasets.puppets.bodies.volume import BodyVolume
-from retarget_bench.datasets.puppets.conventions import SIDES
+from retarget_bench.datasets.puppets.generator.bodies import meshes, rigs
+from retarget_bench.datasets.puppets.generator.bodies.characters import BODIES, DOGS
+from retarget_bench.datasets.puppets.generator.bodies.meshes import surface
+from retarget_bench.datasets.puppets.generator.bodies.structures import Body
+from retarget_bench.datasets.puppets.generator.bodies.volume import BodyVolume
+from retarget_bench.datasets.puppets.generator.conventions import SIDES
 from retarget_bench.motion import rotation
 from retarget_bench.motion.mesh import Mesh
 

@@ -10,7 +10,7 @@ from typing import Any
 from retarget_bench.api import SPLITS
 from retarget_bench.datasets.puppets import contract, dataset
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.corpus.clips import EXCLUSIONS, SIZES
+from retarget_bench.datasets.puppets.generator.corpus.clips import EXCLUSIONS, SIZES
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 

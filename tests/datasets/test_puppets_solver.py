@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets.bodies import rigs
-from retarget_bench.datasets.puppets.bodies.characters import BODIES
-from retarget_bench.datasets.puppets.bodies.structures import Body
-from retarget_bench.datasets.puppets.conventions import FPS
-from retarget_bench.datasets.puppets.corpus.clips import clips
-from retarget_bench.datasets.puppets.performances.score import Score
-from retarget_bench.datasets.puppets.solver.solve import solve
+from retarget_bench.datasets.puppets.generator.bodies import rigs
+from retarget_bench.datasets.puppets.generator.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.generator.bodies.structures import Body
+from retarget_bench.datasets.puppets.generator.conventions import FPS
+from retarget_bench.datasets.puppets.generator.corpus.clips import clips
+from retarget_bench.datasets.puppets.generator.performances.score import Score
+from retarget_bench.datasets.puppets.generator.solver.solve import solve
 
 
 def scores() -> list[Score]:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench.motion.bvh import catalogue as module
-from retarget_bench.motion.bvh.catalogue import bvh_files, catalogue, contents, fingerprint, inspect, some
+from retarget_bench.errors import some
+from retarget_bench.motion.files import catalogue as module
+from retarget_bench.motion.files.catalogue import bvh_files, catalogue, contents, fingerprint, inspect
 
 GOOD = """HIERARCHY
 ROOT Hips

@@ -129,7 +129,7 @@ def test_nothing_is_marked_while_cases_lack_and_the_table_says_so(tmp_path):
     assert table() == (["cross: 29 of 30 clips so far of one."], ["", ""])
     (matrix,) = Selection().parts(result_matrix.result_matrices(places))
     with pytest.raises(BenchError, match="cases lack in these results, so there are no ties to show"):
-        rows.ties([matrix], VALUE)
+        rows.ties([matrix], VALUE, {})
 
 
 def test_a_case_that_failed_in_a_running_run_counts_as_not_answered(tmp_path):

@@ -8,8 +8,8 @@ import numpy as np
 
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.files.smpl import average
-from retarget_bench.motion.files.smpl.families import BODY, SMPL, SMPLH, SMPLX, Family
+from retarget_bench.motion.files.smpl import skeletons
+from retarget_bench.motion.files.smpl.skeletons import BODY, SMPL, SMPLH, SMPLX, Family
 
 TYPES = {SMPL: "smpl", SMPLH: "smplh", SMPLX: "smplx"}
 
@@ -54,7 +54,7 @@ def archive(path: Path, content: dict) -> Path:
 
 def model(random: np.random.Generator, family: Family = SMPLH, vertices: int = 90, betas: int = 10) -> dict:
     """A body model with valid arrays: vertices about the joints of the average skeleton."""
-    places = average.skeleton(family).rest_positions + np.array([0.01, -0.2, 0.03])
+    places = skeletons.average(family).rest_positions + np.array([0.01, -0.2, 0.03])
     owner = np.arange(vertices) % len(family)
     template = places[owner] + 0.03 * random.normal(size=(vertices, 3))
     regressor = np.zeros((len(family), vertices))

@@ -20,8 +20,8 @@ from retarget_bench.errors import BenchError
 from retarget_bench.motion import importer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files.reading import Reading
-from retarget_bench.motion.files.smpl import average
-from retarget_bench.motion.files.smpl.families import BODY
+from retarget_bench.motion.files.smpl import skeletons
+from retarget_bench.motion.files.smpl.skeletons import BODY
 from retarget_bench.motion.motion import Motion, PointSets
 from retarget_bench.motion.scans import load_scan
 from retarget_bench.motion.scans.writing import ply
@@ -37,7 +37,7 @@ def _random() -> np.random.Generator:
 
 
 def _joints() -> np.ndarray:
-    return smpl_files.danced(Character.of("body", average.skeleton(BODY)), 5)
+    return smpl_files.danced(Character.of("body", skeletons.average(BODY)), 5)
 
 
 def _acclaim(folder: Path) -> None:

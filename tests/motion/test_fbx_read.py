@@ -291,15 +291,13 @@ def test_without_ufbx_one_sentence_tells_how_to_get_it(tmp_path, monkeypatch, co
     ("data", "sentence"),
     [
         (b"", "is empty"),
-        (b"not an fbx file at all", "is cut off"),
-        (b"not an fbx file at all\n" * 99, "is no FBX file"),
+        (b"not an fbx file at all", "is not FBX but text of an unknown kind"),
         (b"Kaydara FBX Binary  \0\x1a\0", "is cut off"),
         (
             b"Kaydara FBX Binary  \0\x1a\0\xe8\x1c\0\0" + bytes(400),
             "holds no skeleton: neither a skin nor a take",
         ),
         (b"; FBX 7.4.0 project file\n", "is cut off"),
-        (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "is no FBX file"),
         (b"glTF" + bytes(9), "is cut off after 13 bytes"),
     ],
 )

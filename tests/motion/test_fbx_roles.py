@@ -10,7 +10,7 @@ import pytest
 from fbx_files import Joint, Made, person
 from gltf_files import ROLES
 
-from retarget_bench.motion.files.fbx.characterisation import roles
+from retarget_bench.motion.files.fbx.reading import roles_by_links as roles
 from retarget_bench.motion.importer import load
 
 pytest.importorskip("ufbx")

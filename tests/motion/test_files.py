@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,11 @@ from gltf_files import person
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import bvh, files, importer
+from retarget_bench.motion.file_kinds import kind_of
 from retarget_bench.motion.files import formats
-from retarget_bench.motion.files.choice import chosen
-from retarget_bench.motion.files.listing import motion_files, motions_of
+from retarget_bench.motion.files.catalogue import motion_files, motions_of
 from retarget_bench.motion.files.reading import Reading
+from retarget_bench.motion.files.scenes.bodies import chosen
 
 
 @pytest.fixture
@@ -56,19 +58,19 @@ def test_every_format_has_endings_of_its_own_and_one_that_is_written():
 @pytest.mark.parametrize(
     ("name", "data", "words"),
     [
-        ("a.c3d", b"\x02P\0\0", "is a C3D file of marker positions, .* export BVH, FBX or GLB"),
-        ("a.TRC", b"PathFileType\t4\t(X/Y/Z)\ta.trc\n", "is a TRC file of marker positions"),
+        ("a.c3d", b"\x02P\0\0", "a C3D file of marker positions, .* export it as BVH, FBX or GLB"),
+        ("a.TRC", b"PathFileType\t4\t(X/Y/Z)\ta.trc\n", "a TRC file of marker positions"),
         ("a.vmd", b"Vocaloid Motion Data 0002\0\0", "a motion of MikuMikuDance: import it with its model"),
         ("a.pkl", b"\x80\x04\x95", "a pickle of Python, .* never loaded: save its arrays as .npz"),
-        ("a.pt", b"PK\x03\x04" + bytes(26), "is a file of PyTorch, which .* is never loaded"),
+        ("a.pt", b"PK\x03\x04" + bytes(26) + b"a/data.pkl", "a file of PyTorch, which .* is never loaded"),
         ("a.pkl", b"version https://git-lfs.github.com/spec/v1\n", "a Git LFS pointer: run `git lfs pull`"),
         ("a.fbx", b"version https://git-lfs.github.com/spec/v1\n", "a Git LFS pointer: run `git lfs pull`"),
         ("a.glb", b"\n<!DOCTYPE html>\n", "is a web page"),
         ("a.glb", b"404: Not Found", "is a web page"),
-        ("a.fbx", b"\x1f\x8b\x08\0\0", "is gzip-compressed: unpack it first"),
-        ("a.glb", b"BLENDER-v293", "is a Blender scene: export it as BVH, FBX or GLB"),
-        ("a.amc", b"PK\x03\x04" + bytes(30), "is a zip archive: unpack it first"),
-        ("a.npy", b"\x89HDF\r\n", "is an HDF5 file"),
+        ("a.fbx", b"\x1f\x8b\x08\0\0", "is not FBX but gzip-compressed: unpack it first"),
+        ("a.glb", b"BLENDER-v293", "not glTF but a Blender scene: export it as BVH, FBX or GLB"),
+        ("a.amc", b"PK\x03\x04" + bytes(30), "a zip archive: unpack it first"),
+        ("a.npy", b"\x89HDF\r\n", "not NPY but an HDF5 file"),
         ("a.npy", b"<HTML>", "is a web page"),
         ("a.asf", b"/annex/objects/MD5E-s9--00.asf\n", "is a git-annex pointer: run `git annex get`"),
     ],
@@ -79,6 +81,41 @@ def test_what_is_no_file_of_motion_is_named(tmp_path, name, data, words):
     with pytest.raises(FileError, match=words):
         importer.load(path)
     assert motions_of(path) == {"a": path}
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b" \r\n", "empty"),
+        (b"; FBX 7.4.0 project file\n; ---", "an ASCII FBX file"),
+        (b"Kaydara FBX Binary  \0\x1a\0", "a binary FBX file"),
+        (b"glTF\2\0\0\0", "a binary glTF file"),
+        (b'\xef\xbb\xbf {"asset": {}}', "a JSON file"),
+        (b"PK\x05\x06" + bytes(18), "a zip archive"),
+        (b"# AST/ASF file generated\n:version 1.10\n:hierarchy\n", "an Acclaim skeleton (ASF)"),
+        (b"#!OML:ASF a\n:FULLY-SPECIFIED\n:DEGREES\n1\n", "an Acclaim motion (AMC)"),
+        (b"# made by hand\r\n  hierarchy\r\nROOT a", "a BVH file"),
+        (b"HIERARCHY ROOT a {", "a BVH file"),
+        ("HIERARCHY".encode("utf-16"), "UTF-16 text"),
+        (b"(dp0\nS'betas'\n", "a pickle of Python"),
+        (bytes(range(256)) * 40, "binary data of an unknown kind"),
+        (b"A hierarchy of joints\n", "text of an unknown kind"),
+    ],
+)  # fmt: skip
+def test_kinds_of_files(tmp_path, data, words):
+    (tmp_path / "a").write_bytes(data)
+    assert kind_of(tmp_path / "a").words == words
+
+
+def test_arrays_of_numpy_and_tensors_of_torch_are_told_from_other_archives(tmp_path):
+    for save in (np.savez, np.savez_compressed):
+        save(tmp_path / "a.npz", poses=np.zeros(3))
+        assert kind_of(tmp_path / "a.npz").name == "NPZ"
+    np.savez(tmp_path / "a.npz")
+    assert kind_of(tmp_path / "a.npz").words == "a zip archive"
+    with zipfile.ZipFile(tmp_path / "a.pt", "w") as file:
+        file.writestr("a/data.pkl", b"\x80\x02}q")
+    assert kind_of(tmp_path / "a.pt").words == "a file of PyTorch"
 
 
 def test_a_motion_under_the_name_of_another_format_is_read(tmp_path, text):

@@ -116,7 +116,7 @@ def test_an_animation_without_end(tmp_path, asset):
         (b'{"asset": {"version": "2.0"}, "nodes": [{"mesh": ' + b"9" * 5000 + b"}]}", "no readable JSON"),
         (b'{"asset": {"version": "2.0"}}', "holds no skeleton"),
         (b'{"some": "json"}', "it has no 'asset'"),
-        (b"\xff\xfe{", "holds no readable JSON"),
+        (b"\xff\xfe{", "is not glTF but UTF-16 text: save it as UTF-8"),
     ],
 )
 def test_what_is_no_gltf_at_all(tmp_path, data, sentence):

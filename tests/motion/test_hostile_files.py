@@ -21,7 +21,7 @@ from refusal import told
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import files, importer
-from retarget_bench.motion.bvh.catalogue import catalogue
+from retarget_bench.motion.files.catalogue import catalogue
 from retarget_bench.motion.files.reading import Reading
 
 SUFFIXES = files.suffixes()

@@ -299,7 +299,8 @@ def test_a_body_of_which_half_is_missing_is_told(tmp_path, mesh, axis, sign, sha
 @pytest.mark.parametrize(
     ("name", "content", "why"),
     [
-        ("a.ply", b"", "cannot be read as a mesh|holds no mesh"),
+        ("a.ply", b"", "is empty"),
+        ("a.ply", b"\x1f\x8b\x08\0\0", "is not PLY but gzip-compressed: unpack it first"),
         ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 2\n", "cannot be read as a mesh|holds no mesh"),
         ("a.glb", b"glTF\x02\x00\x00\x00", "cannot be read as a mesh"),
         ("a.obj", b"# nothing\n", "holds no mesh|cannot be read as a mesh"),

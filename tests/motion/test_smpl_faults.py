@@ -165,7 +165,6 @@ def with_header(shape: str, descr: str = "'<f8'") -> bytes:
         (with_header("(1,)", "[" * 3000), "is damaged or cut off"),
         (b"\x93NUMPY\x09\x09" + bytes(50), "is damaged or cut off"),
         (b"\x93NUMPY\x01\x00\xff\xff{", "is damaged or cut off"),
-        (b"", "is damaged or cut off"),
     ],
 )
 @pytest.mark.parametrize("packed", [True, False])
@@ -197,7 +196,7 @@ def test_bombs_and_odd_zips(tmp_path):
     assert "too large to be a motion" in told(path)
     with zipfile.ZipFile(path, "w") as file:
         file.writestr("walk.txt", "x")
-    assert "is no AMASS file" in told(path)
+    assert "is not NPZ but a zip archive" in told(path)
     (tmp_path / "odd.bvh").write_bytes(path.read_bytes())
     assert "unpack it first" in told(tmp_path / "odd.bvh")
     assert told(tmp_path / "gone.npz").startswith("cannot be read")

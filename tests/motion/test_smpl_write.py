@@ -13,8 +13,8 @@ from retarget_bench.motion import importer, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.files import writing
 from retarget_bench.motion.files.reading import Reading
-from retarget_bench.motion.files.smpl import average
-from retarget_bench.motion.files.smpl.families import BODY, SMPL, SMPLH, SMPLX
+from retarget_bench.motion.files.smpl import skeletons
+from retarget_bench.motion.files.smpl.skeletons import BODY, SMPL, SMPLH, SMPLX
 from retarget_bench.motion.skeleton import Skeleton
 
 DEGREES, METRES = 1e-4, 1e-5
@@ -67,7 +67,7 @@ def test_a_lying_body_is_read_again_as_it_was_written(tmp_path, random):
 
 @pytest.mark.parametrize("family", [BODY, SMPL, SMPLH, SMPLX], ids=lambda each: each.name)
 def test_a_body_with_the_joints_of_the_family_is_written_as_it_turns(tmp_path, family):
-    body = Character.of("me", average.skeleton(family))
+    body = Character.of("me", skeletons.average(family))
     random = np.random.default_rng(1)
     turns = 0.2 * random.normal(size=(5, len(family), 3))
     motion = body.motion(rotation.from_rotation_vector(turns), np.array([[0.0, 0.9, 0.0]] * 5), 30.0)
@@ -85,7 +85,7 @@ def test_a_body_with_the_joints_of_the_family_is_written_as_it_turns(tmp_path, f
 
 def test_joints_of_other_names_are_found_by_role(tmp_path):
     """The same body in other words, a prop on it, and joint frames of its own."""
-    skeleton = average.skeleton(SMPL)
+    skeleton = skeletons.average(SMPL)
     random = np.random.default_rng(2)
     body = Character.of("me", skeleton)
     motion = body.motion(
@@ -105,7 +105,7 @@ def test_a_body_with_other_joints_is_refused_in_a_sentence(tmp_path, random):
     with pytest.raises(FileError, match=r"not written: .* a lacks spine_2, spine_3.*choose \.bvh or \.glb"):
         writing.write(tmp_path / "b.npz", imported.motion, imported)
     assert not (tmp_path / "b.npz").exists()
-    body = Character.of("me", average.skeleton(BODY))
+    body = Character.of("me", skeletons.average(BODY))
     still = body.motion(rotation.identity(2, 22), np.full((2, 3), np.nan), 30.0)
     with pytest.raises(FileError, match="frame 1 of the motion holds NaN"):
         writing.write(tmp_path / "b.npz", still)

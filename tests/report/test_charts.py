@@ -1,54 +1,27 @@
-"""Shapes, scales and colours of charts, and how cases are chosen."""
+"""Colours and axes of charts, and how cases are chosen."""
 
 import math
-import re
 from dataclasses import replace
 from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
 
 from retarget_bench.figures import axis_limits, palette
 from retarget_bench.figures.data import values
 from retarget_bench.figures.palette import COLOURS, CONTROLS, method_style
-from retarget_bench.figures.svg import elements
-from retarget_bench.figures.svg.elements import Scale
 from retarget_bench.report import chapters, motions
-from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.result_matrix import ResultMatrix
 from tests.engine.stored import header
 
 LOWER = header("", [], "cross").values["mpjpe_h.world"]
-CONTROL = MethodInfo(label="still", privileged=(), control=True)
-
-
-@given(st.floats(-1e3, 1e3), st.floats(0.01, 1e4), st.integers(3, 9))
-def test_ticks_are_round_few_and_within(low, span, most):
-    ticks = Scale(low, low + span, 0, 100).ticks(most)
-    assert len(ticks) <= most + 1
-    assert all(
-        low - 1e-2 * span - 1e-3 * abs(low) <= each <= (low + span) + 1e-2 * span + 1e-3 * abs(low + span)
-        for each in ticks
-    )
-    assert len(ticks) < 2 or np.allclose(np.diff(ticks), ticks[1] - ticks[0])
-
-
-def test_scales_put_numbers_where_they_belong():
-    assert [Scale(0, 10, 100, 0)(each) for each in (0, 2.5, 10, 99, -3)] == [100, 75, 0, 0, 100]
-    assert [Scale(0.1, 1000, 0, 4, log=True)(each) for each in (0.1, 1, 1000)] == pytest.approx([0, 1, 4])
-    assert Scale(0.1, 1000, 0, 4, log=True).ticks() == pytest.approx([0.1, 1, 10, 100, 1000])
-
-
-@given(st.text(max_size=40), st.integers(4, 30))
-def test_short_names_are_no_longer_than_asked(name, most):
-    assert len(elements.short(name, most)) <= most or len(name) > most >= len(elements.short(name, most))
 
 
 def test_methods_differ_in_more_than_colour():
-    styles = [method_style(k) for k in range(24)] + [method_style(k, CONTROL) for k in range(3)]
+    styles = [
+        method_style(k, quiet=quiet) for quiet in (False, True) for k in range(24 if not quiet else 8)
+    ]
     assert len({(each.shape, each.dash) for each in styles}) == len(styles)
 
 
@@ -106,22 +79,13 @@ def test_neighbours_differ_in_grey():
     assert min(abs(a - b) for a, b in pairwise(grey)) >= 9
 
 
-def test_colours_can_be_seen_on_light_and_dark_paper():
-    shown = [method_style(k) for k in range(len(COLOURS))]
-    shown += [method_style(k, CONTROL) for k in range(len(CONTROLS))]
-    light, dark = elements.rules(shown).split("@media")
-    for paper, rules in (("#ffffff", light), ("#15181c", dark)):
-        colours = re.findall(r"\.[mc]\d+\{--c:(#\w+)\}", rules)
-        assert len(colours) == len(shown)
-        assert min(_contrast(paper, each) for each in colours) >= 3
+def test_colours_can_be_seen_on_white():
+    assert min(_contrast("#ffffff", each) for each in (*COLOURS, *CONTROLS)) >= 3
 
 
-def test_numbers_can_be_read_on_every_shade_and_shades_darken():
-    shades = re.findall(r"\.s\d+\{--c:(#\w+);--on:(#\w+)\}", elements.rules([]).split("@media")[0])
-    assert len(shades) == palette.SHADES
-    wide = {"#000": "#000000", "#fff": "#ffffff"}
-    assert min(_contrast(colour, wide[ink]) for colour, ink in shades) >= 4.5
-    lights = [_luminance(colour) for colour, _ in shades]
+def test_shades_darken():
+    lights = [_luminance(rgb) for rgb in palette.shades()]
+    assert len(lights) == palette.SHADES
     assert lights == sorted(lights, reverse=True)
 
 
@@ -134,26 +98,11 @@ def test_an_axis_leaves_out_only_what_is_far_worse():
 
 
 def test_a_colour_scale_ends_before_one_method_that_is_far_off():
-    numbers = {"a": [1.0, 2.0], "b": [1.0, 4.0], "far": [60.0, 90.0], "control": [500.0]}
-    # the highest of a, b and far are 2, 4 and 90: 2.5 times the median is 10
-    assert axis_limits.colour_end(numbers, ["a", "b", "far"], 0.98) == 10.0
-    assert axis_limits.colour_end(numbers, ["a", "b"], 1.0) == 4.0
-    assert axis_limits.colour_end({}, [], 0.98) == 1.0
-
-
-def test_names_of_marks_cover_neither_marks_nor_each_other():
-    room = (0.0, 0.0, 200.0, 100.0)
-    alone, left = (elements.names_beside([(x, 50.0)], ["name"], room)[0] for x in (50.0, 190.0))
-    assert 'x="59"' in alone  # at the right of its mark
-    assert 'x="156.2"' in left  # there is no room at the right: 190 - 9 - 4 * 6.2
-    crowd = [(50.0 + 4.0 * k, 50.0) for k in range(9)]
-    shown = elements.names_beside(crowd, ["a long name"] * 9, room)
-    assert 1 <= len(shown) < 9
-
-
-def test_others_lengthen_an_axis_but_not_beyond_what_methods_allow():
-    assert axis_limits.top([2.0, 2.0], others=[3.0]) == 3.0
-    assert axis_limits.top([2.0, 2.0], others=[3.0, 900.0, math.inf]) == axis_limits.ROOM * 2.0
+    numbers = {"a": [1.0, 2.0], "b": [1.0, 4.0], "far": [60.0, 90.0]}
+    # the highest are 2, 4 and 90: 2.5 times the median is 10
+    assert axis_limits.colour_end(numbers, 0.98) == 10.0
+    assert axis_limits.colour_end({"a": [1.0, 2.0], "b": [1.0, 4.0]}, 1.0) == 4.0
+    assert axis_limits.colour_end({}, 0.98) == 1.0
 
 
 @pytest.mark.parametrize(

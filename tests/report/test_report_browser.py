@@ -76,21 +76,36 @@ def test_a_number_leads_to_its_cases_worst_first_and_back(page):
 
 
 def test_marks_lead_to_their_cases_by_keys_and_clicks(page):
-    marks = page.locator("#chapter-1-pairs svg").first.locator(".pick")
+    marks = page.locator("#chapter-1-clips svg").first.locator(".pick")
     assert marks.evaluate_all("all => all.filter((each) => each.tabIndex === 0).length") == 1
+    assert set(marks.evaluate_all("all => all.map((each) => each.role)")) == {"button"}
     marks.first.focus()
     page.keyboard.press("ArrowDown")
     now = page.evaluate("document.activeElement.getAttribute('aria-label')")
     assert now != marks.first.get_attribute("aria-label")
     page.keyboard.press(" ")
-    assert re.search(r"worst by .*: 2 cases", page.locator("#what").inner_text())
+    assert re.search(r", clip .*: \d cases?", page.locator("#what").inner_text())
     page.locator("#clear").click()
     assert ": 6 cases" in page.locator("#what").inner_text()
-    for name, part in (("clips", "clip"), ("kinds", "kind")):
-        mark = page.locator(f"#chapter-1-{name} .pick").first
-        mark.dispatch_event("click")
-        heading = page.locator("#what").inner_text()
-        assert f", {part} {mark.get_attribute(f'data-{part}')}: 3 cases" in heading
+    mark = page.locator("#chapter-1-clips .pick").first
+    mark.dispatch_event("click")
+    assert f", clip {mark.get_attribute('data-clip')}: 3 cases" in page.locator("#what").inner_text()
+
+
+def test_methods_are_taken_out_of_charts_and_put_back(page):
+    name = page.locator(".legend button[aria-pressed=true]").first.get_attribute("data-style")
+    button = page.locator(f".legend button[data-style={name}]")
+    drawn = page.locator(f".panels .{name}").first
+    assert drawn.evaluate("each => getComputedStyle(each).display") != "none"
+    first = page.locator("#chapter-1-clips svg").first.locator(".pick").first
+    button.click()
+    assert button.get_attribute("aria-pressed") == "false"
+    assert drawn.evaluate("each => getComputedStyle(each).display") == "none"
+    assert first.get_attribute("tabindex") == "-1"  # what is not seen is no stop
+    stops = page.locator("#chapter-1-clips svg").first.locator(".pick[tabindex='0']")
+    assert stops.count() == 1
+    button.press("Enter")
+    assert drawn.evaluate("each => getComputedStyle(each).display") != "none"
 
 
 def test_cases_methods_splits_and_names_can_be_chosen(page):
@@ -128,6 +143,6 @@ def test_a_phone_shows_all_of_it(report_file, open_page):
     page.locator("summary").evaluate_all("all => all.forEach((each) => (each.parentNode.open = true))")
     assert sideways(page) <= 0
     page.set_viewport_size({"width": 1800, "height": 900})  # wide: motion stays beside the numbers
-    page.locator("#chapter-1-pairs .pick").first.click()
-    for part in ("#caption", "#chapter-1-pairs .pick.now"):
+    page.locator("#chapter-1-clips .pick").first.click()
+    for part in ("#caption", "#chapter-1-clips .pick.now"):
         assert 0 <= page.locator(part).first.bounding_box()["y"] < 900

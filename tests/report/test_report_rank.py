@@ -9,7 +9,6 @@ import pytest
 from retarget_bench.errors import BenchError
 from retarget_bench.figures import method_order
 from retarget_bench.figures.palette import COLOURS
-from retarget_bench.figures.plotting import canvas
 from retarget_bench.report import chapters, index
 from tests.engine import stored
 from tests.report.odd_runs import bench, report
@@ -35,12 +34,7 @@ def data_of(file) -> dict:
     return json.loads(Tags(file.read_text(encoding="utf-8")).scripts["report-data"])
 
 
-def test_a_method_has_one_colour_in_reports_and_pictures_whoever_stands_beside_it(
-    runs, tmp_path, monkeypatch
-):
-    drawn = {}
-    styles = canvas.mark_styles
-    monkeypatch.setattr(canvas, "mark_styles", lambda *each: drawn.update(styles(*each)) or styles(*each))
+def test_a_method_has_one_colour_in_reports_and_pictures_whoever_stands_beside_it(runs, tmp_path, figures):
     report(runs, "-o", tmp_path / "all.html", "--clips", "0")
     colours = data_of(tmp_path / "all.html")["colours"]
     assert colours == dict(zip(("beta", "gamma", "alpha"), COLOURS, strict=False))
@@ -49,10 +43,11 @@ def test_a_method_has_one_colour_in_reports_and_pictures_whoever_stands_beside_i
     bench(
         "plot", "methods", "-r", runs, "-m", "alpha", "-m", "gamma", "-s", "cross", "-o", tmp_path / "t.svg"
     )
-    assert {label: style["color"] for label, style in drawn.items()} == {
-        "alpha": colours["alpha"],
-        "gamma": colours["gamma"],
-    }
+    (axes,) = figures[0].axes
+    names = [text.get_text() for text in axes.get_yticklabels()]
+    marks = [line for line in axes.lines if line.get_marker() not in ("None", "")]
+    drawn = {name: line.get_color() for name, line in zip(names, marks, strict=True)}
+    assert drawn == {"alpha": colours["alpha"], "gamma": colours["gamma"]}
 
 
 def test_methods_of_later_tables_come_after_those_of_the_first(runs):

@@ -94,9 +94,9 @@ def test_denoising_has_a_full_and_a_dashed_line_of_one_colour(results, tmp_path,
         )
         assert line.get_xdata() == pytest.approx(before, rel=1e-8)
         assert sorted(line.get_ydata()) == pytest.approx(after, rel=1e-8)
-    assert [line.get_label() for line in drawn(panel, "identity")] == ["identity"]
+    assert drawn(panel, "identity") == []  # a control, not asked for
     texts = [*panel.texts, *(text for legend in figures[0].legends for text in legend.get_texts())]
-    assert {seen.get_label(), unseen.get_label()} < {text.get_text() for text in texts}
+    assert {seen.get_label(), unseen.get_label()} <= {text.get_text() for text in texts}
 
 
 def test_upsampling_too_in_both_panels_with_a_mark_for_the_major_joints(results, tmp_path, figures):
@@ -105,7 +105,8 @@ def test_upsampling_too_in_both_panels_with_a_mark_for_the_major_joints(results,
     for panel, value in zip(figures[0].axes, ("restored_cm", "restored_cm.missing"), strict=True):
         lines = drawn(panel, "nearest_pose")
         assert [line.get_linestyle() for line in lines] == ["-", "--"]
-        majors = [line for line in panel.lines if line.get_markersize() == 6]
+        marked = [line for line in panel.lines if line.get_marker() not in ("None", None)]
+        majors = [line for line in marked if line.get_markersize() == 6]
         assert len(drawn(panel, "linear_joints")) == 1
         assert len(majors) == 3
         for line, major, target in zip(lines, majors[1:], people(place), strict=True):

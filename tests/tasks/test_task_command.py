@@ -138,7 +138,7 @@ def test_clean_motion_alone_has_a_picture_too(tmp_path, capsys, figures):
     carried_out(tmp_path, "denoise[levels=0]", "identity")
     status, _ = bench(capsys, "plot", "levels", "-r", str(tmp_path), "-o", str(tmp_path / "out.png"))
     assert status == 0
-    assert line_of(figures[0].axes[0], "identity") == pytest.approx(np.zeros((1, 2)), abs=1e-3)
+    assert line_of(figures[0].axes[0], "identity (control)") == pytest.approx(np.zeros((1, 2)), abs=1e-3)
 
 
 def test_pictures_of_several_sets_of_levels_say_how_to_choose(tmp_path, capsys):

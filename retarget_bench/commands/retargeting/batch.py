@@ -23,8 +23,8 @@ from retarget_bench.commands.retargeting.job import Job, Options, retarget, stam
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion.editing.edits import Edits
 from retarget_bench.motion.files import format_of, split_take
+from retarget_bench.motion.files.catalogue import facts
 from retarget_bench.motion.files.formats import BVH
-from retarget_bench.motion.files.listing import facts
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.parallel import carried_out
 from retarget_bench.plugins import bound, registry

@@ -13,7 +13,7 @@ from retarget_bench.commands.motion_files import MotionFile
 from retarget_bench.commands.retargeting.job import Job, Options
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion.files import format_of, split_take, suffixes, takes
-from retarget_bench.motion.files.listing import motion_files
+from retarget_bench.motion.files.catalogue import motion_files
 from retarget_bench.motion.importer import load
 from retarget_bench.motion.scans.reading import SUFFIXES as SCANS
 from retarget_bench.python.scans import check_pair

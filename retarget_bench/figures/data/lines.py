@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from statistics import fmean
 from typing import TYPE_CHECKING
@@ -15,7 +16,8 @@ from retarget_bench.evaluation.tasks import definitions
 from retarget_bench.evaluation.tasks.definitions import MAJOR
 from retarget_bench.figures import axis_limits
 from retarget_bench.figures.data import values
-from retarget_bench.figures.data.model import Axis, Cases, Figure, Line, LineChart, Mark, NothingToDraw
+from retarget_bench.figures.data.model import Axis, Cases, Chart, Figure, Mark, NothingToDraw, Series
+from retarget_bench.figures.data.values import Styles
 from retarget_bench.results import case_metadata
 from retarget_bench.results.result_matrix import ResultMatrix
 
@@ -35,119 +37,105 @@ FEW = 2
 """Structures named in a legend; of more it gives the number."""
 SIDE = 0.02
 """Of an axis, what is left free at its ends."""
+TICKS = 8
+"""Most ticks of an axis of seconds."""
+MEANS = ("means over clips",)
 
 
 # ------------------------------------------------------------------------------------------------ curves
-def recall(matrices: Sequence[ResultMatrix], by_height: bool = False, order: Sequence[str] = ()) -> Figure:
+def recall(matrices: Sequence[ResultMatrix], styles: Styles, by_height: bool = False) -> Figure:
     """Foot contacts kept, over how slow counts as planted (PAN's Figure 7): recall, then precision, a chart
     per split each.
 
     by_height: thresholds of speed in heights, not squared ones in centimetres. Raises NothingToDraw.
     """
     suffix = "_h" if by_height else ""
-    charts: list[LineChart] = []
-    ordered = values.in_order([each for each in matrices if f"pan_recall{suffix}" in each.values], order)
+    charts: list[Chart] = []
+    ordered = values.in_order([each for each in matrices if f"pan_recall{suffix}" in each.values], styles)
     for value, name in CONTACTS.items():
         for each in ordered:
-            section, lines = _curves(each, value + suffix)
-            if lines:
-                x = _across(THRESHOLDS[suffix], lines, log=True)
+            section, series = _curves(each, value + suffix)
+            if series:
+                x = _across(THRESHOLDS[suffix], series, log=True)
                 y = Axis(f"{name} of foot contacts", -SIDE, 1 + SIDE)
                 title = f"{each.split}: {section.clip_count} clips, {section.pair_count} pairs"
-                charts.append(LineChart(each.split, title, x, y, lines))
+                charts.append(Chart(each.split, title, x, y, series, joined=True))
     if not charts:
         raise NothingToDraw(
             f"these results have no pan_recall{suffix}, which the metric pan_contact gives; bench run with "
             "-m pan_contact, or without -m, computes it from the predictions that there are"
         )
-    return Figure(
-        "recall", ordered[0].dataset, "foot contacts kept, over how slow counts as planted",
-        values.methods(ordered), tuple(charts), "mean over clips, bands 95 %",
-    )  # fmt: skip
+    title = "foot contacts kept, over how slow counts as planted"
+    return Figure("recall", ordered[0].dataset, title, tuple(charts), notes=MEANS)
 
 
-def growth(
-    matrices: Sequence[ResultMatrix], value: str = "growth.world", order: Sequence[str] = ()
-) -> Figure:
+def growth(matrices: Sequence[ResultMatrix], value: str, styles: Styles) -> Figure:
     """A value over the seconds of a clip, a chart per split on one scale; later seconds are those of longer
     clips alone. Raises NothingToDraw."""
     what = values.value_of(matrices, value, "second")
-    ordered = values.in_order([each for each in matrices if value in each.values], order)
-    headers = values.methods(ordered)
-    curves = [_curves(each, value) for each in ordered]
+    ordered = values.in_order([each for each in matrices if value in each.values], styles)
+    curves = [(each, *_curves(each, value)) for each in ordered]
     means: dict[str, list[Mean]] = {}
-    for _, lines in curves:
-        for line in lines:
-            means.setdefault(line.method, []).extend(mark.mean for mark in line.marks)
-    y = Axis(what.axis, *axis_limits.limits(means, headers, what.declared, bands=True))
+    for _, _, series in curves:
+        for each in series:
+            means.setdefault(each.method, []).extend(mark.mean for mark in each.marks)
+    kept = {label: means[label] for label in values.shown(means, styles)}
+    y = Axis(what.axis, *axis_limits.limits(kept, what.declared, bands=True))
     charts = []
-    for each, (section, lines) in zip(ordered, curves, strict=True):
-        if lines:
-            x = _across("end of the second, s", lines)
-            charts.append(LineChart(each.split, f"{each.split}: {section.clip_count} clips", x, y, lines))
-    return Figure("growth", ordered[0].dataset, "error over time", headers, tuple(charts), "bands 95 %")
+    for matrix, section, series in curves:
+        if series:
+            x, title = (
+                _across("end of the second, s", series),
+                f"{matrix.split}: {section.clip_count} clips",
+            )
+            charts.append(Chart(matrix.split, title, x, y, series, joined=True))
+    return Figure("growth", ordered[0].dataset, "error over time", tuple(charts), notes=MEANS)
 
 
-def _curves(matrix: ResultMatrix, value: str) -> tuple[SplitSummary, tuple[Line, ...]]:
-    """The summary of a split, and the curve of every method that has one."""
+def _curves(matrix: ResultMatrix, value: str) -> tuple[SplitSummary, tuple[Series, ...]]:
+    """The summary of a split, and the curve of every method that has one: as far as its points have
+    intervals, where any has."""
     section = split_summary(matrix.narrowed(value))
     if value not in matrix.values:
         return section, ()
     label, numbers = matrix.values[value].label, values.numbers_at(matrix, value)
-    lines = []
+    series = []
     for score in section.scores:
         points = sorted((float(at), at, mean) for at, mean in score.curves.get(value, {}).items())
         marks = tuple(
             Mark(
-                score.label, place, mean,
+                place, mean,
                 values.worst(matrix, value, numbers(score.label, at), f"{label} at {place:g}"),
                 f"at {place:g}",
             )
             for place, at, mean in points
         )  # fmt: skip
-        lines += [Line(score.label, score.label, marks)] if marks else []
-    return section, tuple(lines)
+        sure = tuple(mark for mark in marks if mark.mean.interval is not None)
+        series += [Series(score.label, score.label, sure or marks, score.unranked)] if marks else []
+    return section, tuple(series)
 
 
-def _across(label: str, lines: Sequence[Line], *, log: bool = False) -> Axis:
-    """The x axis of curves; where it is logarithmic every point is a tick."""
-    places = sorted({mark.at for line in lines for mark in line.marks})
+def _across(label: str, series: Sequence[Series], *, log: bool = False) -> Axis:
+    """The x axis of curves; where it is logarithmic every point is a tick, else a few."""
+    places = sorted({mark.at for each in series for mark in each.marks})
     low, high = places[0], places[-1]
     if log:
-        room = max(high / low, 1.01) ** SIDE
+        room = max(high / low, 1.01) ** (2 * SIDE)
         return Axis(label, low / room, high * room, log=True, ticks=tuple((at, f"{at:g}") for at in places))
-    room = SIDE * (high - low) or 0.5
-    return Axis(label, low - room, high + room)
-
-
-def apart(places: Sequence[float], gap: float, low: float, high: float) -> list[float] | None:
-    """Heights of names at the ends of lines, ``gap`` apart between ``low`` and ``high``, as near to the
-    lines as that allows (least squares); None where there is no room for all."""
-    if gap * (len(places) - 1) > high - low:
-        return None
-    upwards = np.argsort(places, kind="stable").tolist()
-    blocks: list[tuple[float, int]] = []  # mean and number: neighbours that would overlap move together
-    for place, each in enumerate(upwards):
-        blocks.append((places[each] - gap * place, 1))
-        while len(blocks) > 1 and blocks[-2][0] >= blocks[-1][0]:
-            (second, many), (first, few) = blocks.pop(), blocks.pop()
-            blocks.append(((second * many + first * few) / (many + few), many + few))
-    starts = [mean for mean, number in blocks for _ in range(number)]
-    offsets = [0.0] * len(places)
-    for place, (each, start) in enumerate(zip(upwards, starts, strict=True)):
-        offsets[each] = min(max(start, low), high - gap * (len(places) - 1)) + gap * place
-    return offsets
+    room = 2 * SIDE * (high - low) or 0.5
+    few = places[:: math.ceil(len(places) / TICKS)]
+    return Axis(label, low - room, high + room, ticks=tuple((at, f"{at:g}") for at in few))
 
 
 # ------------------------------------------------------------------------------------------------ levels
-def denoise(matrix: ResultMatrix, halves: Sequence[SeenPart] = (), order: Sequence[str] = ()) -> Figure:
+def denoise(matrix: ResultMatrix, styles: Styles, halves: Sequence[SeenPart] = ()) -> Figure:
     """The error after denoising over the error before (HuMoT's Figure 8); the diagonal gives the source
     back.
 
     halves: what trained methods do on structures that training had and had not; theirs are two lines, each
     over the error of what that half was given. Raises NothingToDraw where no result has both errors.
     """
-    (matrix,) = values.in_order([matrix], order)
+    (matrix,) = values.in_order([matrix], styles)
     sections = _levels(matrix)
     levels = _source_errors(sections)
     if not levels:
@@ -158,50 +146,54 @@ def denoise(matrix: ResultMatrix, halves: Sequence[SeenPart] = (), order: Sequen
     places = {(half.label, half.seen): _source_errors(half.sections) for half in halves}
     most = max(*levels.values(), *(each for half in places.values() for each in half.values()), 1e-3)
     shown = [section for section in sections if section.part in levels]
-    lines = _level_lines(matrix, shown, halves, AFTER, levels, places)
+    series = _level_series(matrix, shown, halves, AFTER, levels, places)
     numbers = {name: definitions.level_number(name) for name in levels}
     ticks = [(levels[name], f"{number:g}") for name, number in numbers.items() if number is not None]
-    chart = LineChart(
+    chart = Chart(
         matrix.split,
         matrix.split,
         Axis("error before: joints of the noisy source, cm", -SIDE * most, (1 + SIDE) * most),
         Axis("error after: joints of the answer, cm", -SIDE * most, ROOM * most),
-        lines,
-        diagonal=True,
+        series,
+        joined=True,
+        guide=((0.0, 0.0), (most, most)),
         above=("standard deviation of the noise on each coordinate, cm", tuple(ticks)),
     )
-    return _task_figure("denoise", matrix, shown, [chart])
+    title = f"{shown[0].clip_count} clips at every level"
+    return Figure("denoise", matrix.dataset, title, (chart,), notes=MEANS)
 
 
-def joint_completion(
-    matrix: ResultMatrix, halves: Sequence[SeenPart] = (), order: Sequence[str] = ()
-) -> Figure:
+def joint_completion(matrix: ResultMatrix, styles: Styles, halves: Sequence[SeenPart] = ()) -> Figure:
     """The error over the proportion of joints that are given (HuMoT's Figure 9), of all joints and of those
     that are missing; beside the lines, which are of random draws, the major joints of its Figure 12.
 
     halves: as for ``denoise``. Raises NothingToDraw where no result has the errors.
     """
-    (matrix,) = values.in_order([matrix], order)
+    (matrix,) = values.in_order([matrix], styles)
     sections = _levels(matrix)
     shares = {each.part: at for each in sections if (at := definitions.level_number(each.part)) is not None}
     share = major_share(row.paths for row in matrix.rows)
     extra = {MAJOR: share} if share is not None else {}
     charts = []
     for value, title in TITLES.items():
-        lines = _level_lines(matrix, sections, halves, value, shares, extra=extra)
-        if not lines and value == AFTER:
+        series = _level_series(matrix, sections, halves, value, shares, extra=extra)
+        if not series and value == AFTER:
             raise NothingToDraw(
                 "these results have no restored_cm, which the metric restoration gives; a "
                 "run that names it among --metrics, or no metric, computes it"
             )
-        highest = [max(m.mean.value for m in line.marks) for line in lines if line.marks]
+        shown = values.shown((each.method for each in series), styles)
+        highest = [
+            max(m.mean.value for m in each.marks) for each in series if each.marks and each.method in shown
+        ]
         end = 1.05 * axis_limits.top(highest, 3)
         x = Axis(
             "joints given, per cent" + (f" (large: {MAJOR} joints)" if extra else ""), 0.0, 100 * (1 + SIDE)
         )
-        y = Axis("error, cm", -SIDE * end, end, cut=True)
-        charts += [LineChart(matrix.split, title, x, y, lines)] if lines else []
-    return _task_figure("joint-completion", matrix, sections, charts)
+        y = Axis("error, cm", -SIDE * end, end)
+        charts += [Chart(matrix.split, title, x, y, series, joined=True)] if series else []
+    title = f"{sections[0].clip_count} clips at every level"
+    return Figure("joint-completion", matrix.dataset, title, tuple(charts), notes=MEANS)
 
 
 def major_share(places: Iterable[ResultPaths]) -> float | None:
@@ -213,14 +205,6 @@ def major_share(places: Iterable[ResultPaths]) -> float | None:
         if MAJOR in each
     ]
     return fmean(shares) if shares else None
-
-
-def _task_figure(
-    kind: str, matrix: ResultMatrix, sections: Sequence[SplitSummary], charts: Sequence[LineChart]
-) -> Figure:
-    title = f"{sections[0].clip_count} clips at every level"
-    note = "mean over clips, bands 95 %"
-    return Figure(kind, matrix.dataset, title, values.methods([matrix]), tuple(charts), note)
 
 
 def _levels(matrix: ResultMatrix) -> list[SplitSummary]:
@@ -244,7 +228,7 @@ def _source_errors(sections: Iterable[SplitSummary]) -> dict[str, float]:
     return numbers
 
 
-def _level_lines(
+def _level_series(
     matrix: ResultMatrix,
     sections: Sequence[SplitSummary],
     split_parts: Sequence[SeenPart],
@@ -252,14 +236,14 @@ def _level_lines(
     at: Mapping[str, float],
     places: Mapping[tuple[str, bool], Mapping[str, float]] | None = None,
     extra: Mapping[str, float] | None = None,
-) -> tuple[Line, ...]:
+) -> tuple[Series, ...]:
     """A line per method that has the value anywhere; two of methods that ``split_parts`` has.
 
     at: level -> its place. places: half -> its own places. extra: level -> place of what stands beside
     lines.
     """
-    lines = []
-    for label in values.methods([matrix]):
+    series = []
+    for label, why in values.unranked(matrix).items():
         halves: list[SeenPart | None] = [each for each in split_parts if each.label == label] or [None]
         for half in halves:
             own = (places or {}).get((label, half.seen), at) if half else at
@@ -267,9 +251,9 @@ def _level_lines(
             marks = _level_marks(matrix, parts, half, label, value, own)
             beside = _level_marks(matrix, parts, half, label, value, extra or {})
             if marks or beside:
-                name = _line_name(label, half, parts)
-                lines.append(Line(label, name, marks, half.seen if half else None, beside))
-    return tuple(lines)
+                unseen = half is not None and not half.seen
+                series.append(Series(label, _name(label, half), marks, why, unseen, beside))
+    return tuple(series)
 
 
 def _level_marks(
@@ -287,7 +271,7 @@ def _level_marks(
             level = section.part
             cases = Cases(matrix.split, value, ("level", level))
             cases = cases if half is None else _half_cases(matrix, half, value, level)
-            marks.append(Mark(label, at[level], mean, cases, level))
+            marks.append(Mark(at[level], mean, cases, level))
     return tuple(sorted(marks, key=lambda mark: mark.at))
 
 
@@ -301,13 +285,10 @@ def _half_cases(matrix: ResultMatrix, half: SeenPart, value: str, level: str) ->
     return values.worst(matrix, value, shown, f"{matrix.values[value].label}, {level}")
 
 
-def _line_name(label: str, half: SeenPart | None, sections: Sequence[SplitSummary]) -> str:
-    """The label, which half it is, and of how many cases where the method did not answer all."""
-    if half is not None:
-        few = len(half.structures) <= FEW
-        which = ", ".join(half.structures) if few else f"{len(half.structures)} structures"
-        label = f"{label} ({'seen' if half.seen else 'unseen'}: {which})"
-    method = half.label if half else label
-    scores = [score for section in sections for score in section.scores if score.label == method]
-    ok, total = (sum(getattr(score, what) for score in scores) for what in ("ok", "asked"))
-    return label if ok == total else f"{label} ({ok} of {total} cases)"
+def _name(label: str, half: SeenPart | None) -> str:
+    """The label, and which half it is of."""
+    if half is None:
+        return label
+    few = len(half.structures) <= FEW
+    which = ", ".join(half.structures) if few else f"{len(half.structures)} structures"
+    return f"{label} ({'seen' if half.seen else 'unseen'}: {which})"

@@ -1,11 +1,13 @@
-"""Chart data before drawing: series, means, intervals, limits and the cases behind each mark."""
+"""Chart data before drawing: series of marks with intervals, limits, and the cases behind each mark."""
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from retarget_bench.analysis.summary import Mean
 from retarget_bench.errors import BenchError
-from retarget_bench.results.header import ResultHeader
+
+ARROWS = ("above", "below")
+"""Groups of the marks that lie beyond an axis."""
 
 
 class NothingToDraw(BenchError):
@@ -31,159 +33,100 @@ class Cases:
 
 @dataclass(frozen=True)
 class Mark:
-    """One number in a chart.
+    """One number in a chart. at: its place: a row, a second, frames per second, a joint; name: of that
+    place."""
 
-    at:     its place along the axis of groups: a row, a second, frames per second, a joint.
-    name:   what the place is called. hollow: of a method that is not ranked, or an extra level.
-    """
-
-    method: str
     at: float
     mean: Mean
     cases: Cases
     name: str = ""
-    hollow: bool = False
 
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis of numbers. cut: marks lie beyond its end. ticks: (place, text), where not usual."""
+    """An axis. ticks: (place, text), where not usual."""
 
     label: str
     low: float
     high: float
-    cut: bool = False
     log: bool = False
     ticks: tuple[tuple[float, str], ...] = ()
 
-    def beyond(self, mark: Mark) -> bool:
-        return self.cut and mark.mean.value > self.high
+    def beyond(self, number: float) -> str:
+        """``above`` or ``below`` of a number that the axis does not reach; "" of others."""
+        room = 1e-9 * (self.high - self.low)
+        return "above" if number > self.high + room else "below" if number < self.low - room else ""
 
 
 @dataclass(frozen=True)
-class ColourScale:
-    """A scale of errors, from ``low``, pale, to ``high`` and more, dark."""
+class Series:
+    """What a chart shows of a method, or of its results on structures that its training had, or had not.
 
-    label: str
-    low: float
-    high: float
-
-    def share(self, number: float) -> float:
-        return min(1.0, max(0.0, (number - self.low) / (self.high - self.low)))
-
-
-@dataclass(frozen=True)
-class Line:
-    """A method's curve; seen: whether of structures that its training had, None of all.
-
-    name: in the legend. marks: from left to right. extra: marks beside the line.
+    name:     in the legend. marks: in the order of their places.
+    unranked: why the method is not ranked, so that its numbers are not compared with others'; "" if it is.
+    unseen:   of structures that training had not. extra: marks beside the line.
+    box:      quantiles of the marks at 5, 25, 50, 75 and 95 %, in the row of this number.
     """
 
     method: str
     name: str
     marks: tuple[Mark, ...]
-    seen: bool | None = None
+    unranked: str = ""
+    unseen: bool = False
     extra: tuple[Mark, ...] = ()
+    box: tuple[int, tuple[float, ...]] | None = None
 
     @property
-    def banded(self) -> bool:
-        """True where every mark has an interval."""
-        return all(mark.mean.interval is not None for mark in self.marks)
+    def title(self) -> str:
+        return f"{self.name} ({self.unranked})" if self.unranked else self.name
+
+    def groups(self, axis: Axis) -> dict[str, tuple[Mark, ...]]:
+        """All marks by how they are drawn: ``marks``, ``extra``, and ``above`` or ``below`` the axis."""
+        inside: Callable[[Mark], bool] = lambda mark: not axis.beyond(mark.mean.value)  # noqa: E731
+        groups = {"marks": tuple(filter(inside, self.marks)), "extra": tuple(filter(inside, self.extra))}
+        for way in ARROWS:
+            every = (*self.marks, *self.extra)
+            groups[way] = tuple(mark for mark in every if axis.beyond(mark.mean.value) == way)
+        return {name: marks for name, marks in groups.items() if marks}
 
 
 @dataclass(frozen=True)
-class LineChart:
-    """Lines over two axes. diagonal: whether y = x is drawn. above: ticks and label of a second x axis."""
+class Chart:
+    """Series over two axes.
 
-    split: str
-    title: str
-    x: Axis
-    y: Axis
-    lines: tuple[Line, ...]
-    diagonal: bool = False
-    above: tuple[str, tuple[tuple[float, str], ...]] | None = None
-
-    @property
-    def far(self) -> list[Mark]:
-        """The highest mark of every line that leaves the chart."""
-        highest = (max(line.marks, key=lambda mark: mark.mean.value) for line in self.lines if line.marks)
-        return [mark for mark in highest if self.y.beyond(mark)]
-
-
-@dataclass(frozen=True)
-class RowChart:
-    """Rows from top to bottom, in each a mark per method with its interval.
-
-    marks:  label -> its marks, ``at`` being the row. together: whether rows are methods themselves.
-    joined: groups of rows that the data cannot tell apart.
+    at, value: the axes of places and of numbers. rows: whether places are rows, from top to bottom.
+    joined:    whether a line joins the marks of a series. named: whether places name the series.
+    guide:     (place, number) along a dotted line. above: label and ticks of a second x axis.
+    tied:      the rows that the data cannot tell from the best.
     """
 
     split: str
     title: str
-    axis: Axis
-    rows: tuple[str, ...]
-    marks: Mapping[str, tuple[Mark, ...]]
-    together: bool = False
-    joined: tuple[tuple[int, ...], ...] = ()
+    at: Axis
+    value: Axis
+    series: tuple[Series, ...]
+    rows: bool = False
+    joined: bool = False
+    named: bool = False
+    guide: tuple[tuple[float, float], ...] = ()
+    above: tuple[str, tuple[tuple[float, str], ...]] | None = None
+    tied: tuple[int, ...] = ()
 
     @property
-    def far(self) -> list[Mark]:
-        return [mark for each in self.marks.values() for mark in each if self.axis.beyond(mark)]
-
-
-@dataclass(frozen=True)
-class PointChart:
-    """A mark per method over a second number. front: places and means that no ranked method beats."""
-
-    split: str
-    title: str
-    x: Axis
-    y: Axis
-    marks: tuple[Mark, ...]
-    front: tuple[Mark, ...]
+    def x(self) -> Axis:
+        return self.value if self.rows else self.at
 
     @property
-    def far(self) -> list[Mark]:
-        return [mark for mark in self.marks if self.y.beyond(mark)]
-
-
-@dataclass(frozen=True)
-class Box:
-    """The spread of a method's clips. quantiles: at 5, 25, 50, 75 and 95 %. marks: clips."""
-
-    method: str
-    quantiles: tuple[float, ...]
-    marks: tuple[Mark, ...]
-
-
-@dataclass(frozen=True)
-class BoxChart:
-    """A box per method."""
-
-    split: str
-    title: str
-    axis: Axis
-    boxes: tuple[Box, ...]
-
-
-@dataclass(frozen=True)
-class HeatMap:
-    """Means of one method by source (rows) and target (columns); pairs without a number are left out."""
-
-    method: str
-    sources: tuple[str, ...]
-    targets: tuple[str, ...]
-    scale: ColourScale
-    squares: Mapping[tuple[str, str], Mark]
-    together: bool = False
-    """True where bodies are taken together by structure."""
+    def y(self) -> Axis:
+        return self.at if self.rows else self.value
 
 
 @dataclass(frozen=True)
 class SkeletonChart:
     """A method's errors by joint, on a body of the target's structure in the common reference pose.
 
-    places: ``(joints, 2)`` metres, right and up. bones: pairs of joints. marks: ``at`` being the joint.
+    places: ``(joints, 2)`` metres, right and up. bones: pairs of joints. errors: the scale of colours, from
+    0 to what is darkest. marks: ``at`` being the joint, largest errors last.
     """
 
     split: str
@@ -191,29 +134,19 @@ class SkeletonChart:
     body: str
     places: tuple[tuple[float, float], ...]
     bones: tuple[tuple[int, int], ...]
-    scale: ColourScale
+    errors: Axis
     marks: tuple[Mark, ...]
     structure: str
 
 
-Chart = LineChart | RowChart | PointChart | BoxChart | HeatMap | SkeletonChart
-
-
 @dataclass(frozen=True)
 class Figure:
-    """Charts of one kind. title: what they show. note: how to read intervals and marks, in brackets.
-
-    dataset: the label of the data. methods: label -> a header of its results, in the order of the tables.
-    """
+    """Charts of one kind. title: what they show. dataset: the label of the data. notes: what their numbers
+    are, and what is left out."""
 
     kind: str
     dataset: str
     title: str
-    methods: Mapping[str, ResultHeader]
-    charts: tuple[Chart, ...]
-    note: str = ""
-
-    @property
-    def far(self) -> bool:
-        """True where a mark lies beyond an axis."""
-        return any(getattr(chart, "far", ()) for chart in self.charts)
+    charts: tuple[Chart, ...] = ()
+    skeletons: tuple[SkeletonChart, ...] = ()
+    notes: tuple[str, ...] = ()

@@ -1,7 +1,7 @@
 """The value of a chart, its methods in order, and its means and worst cases as in tables."""
 
 import difflib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +9,8 @@ import numpy as np
 from retarget_bench.analysis import ranking, statistics, summary
 from retarget_bench.analysis.summary import Mean
 from retarget_bench.figures.data.model import Cases, NothingToDraw
-from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.figures.palette import MethodStyle
+from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.paths import ARRAY_INDICES
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.tables.builder import DEFAULT_COLUMNS
@@ -62,38 +63,40 @@ def value_of(matrices: Sequence[ResultMatrix], value: str, index: str = "") -> V
     raise NothingToDraw(f"no result has {value} {kind}; choose by --columns, such as {', '.join(near)}")
 
 
-def in_order(matrices: Sequence[ResultMatrix], order: Sequence[str]) -> list[ResultMatrix]:
+Styles = Mapping[str, MethodStyle]
+"""Label -> the style of a method, in the order of the tables."""
+
+
+def in_order(matrices: Sequence[ResultMatrix], styles: Styles) -> list[ResultMatrix]:
     """Matrices with their methods in this order; others follow as they are."""
-    places = {label: place for place, label in enumerate(order)}
+    places = {label: place for place, label in enumerate(styles)}
     return [
         replace(each, rows=tuple(sorted(each.rows, key=lambda row: places.get(row.label, len(places)))))
         for each in matrices
     ]
 
 
-def methods(matrices: Sequence[ResultMatrix]) -> dict[str, ResultHeader]:
-    """Label -> a header of its results, in the order of the rows."""
-    return {row.label: row.header for each in matrices for row in each.rows}
+def shown(labels: Iterable[str], styles: Styles) -> list[str]:
+    """The methods that charts show without being asked: all but controls and variants, where there are
+    others."""
+    labels = list(dict.fromkeys(labels))
+    loud = [label for label in labels if not (label in styles and styles[label].quiet)]
+    return loud or labels
 
 
-def ranked(matrices: Sequence[ResultMatrix]) -> list[str]:
-    """Labels of the methods that tables rank."""
-    return [label for label, header in methods(matrices).items() if not ranking.unranked(header)]
-
-
-def common_numbers(matrix: ResultMatrix, value: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """``(methods, cases)`` of a value, as in tables: of ranked methods on their common cases alone;
-    ``(cases,)`` bool: these cases; and ``(methods,)`` bool: whose means are over them alone."""
-    numbers = matrix.numbers((value, ""))
-    ranked = np.array([not ranking.unranked(row.header) for row in matrix.rows])
-    return numbers, *ranking.common_cases(numbers, ranked)[:2]
+def unranked(matrix: ResultMatrix, value: str = "") -> dict[str, str]:
+    """Label -> why a method is not ranked, by a value or at all; "" of those that are."""
+    few = summary.common_numbers(matrix, value)[3] if value else {}
+    reasons = ((row, few.get(place, "")) for place, row in enumerate(matrix.rows))
+    return {row.label: ranking.unranked(row.header) or why for row, why in reasons}
 
 
 def means(matrix: ResultMatrix, value: str) -> dict[str, Mean]:
-    """Label -> the mean over clips of means over cases, as in tables, of methods that have one."""
-    intervals_of = summary.means_over_clips(common_numbers(matrix, value)[0], matrix.clips)
-    labels = [row.label for row in matrix.rows]
-    return {label: mean for label, mean in zip(labels, intervals_of, strict=True) if mean is not None}
+    """Label -> the mean over clips of means over cases, as in tables, of methods that have one; not of
+    those that lack so many of the cases that theirs would be over others."""
+    numbers, _, _, few = summary.common_numbers(matrix, value)
+    means_of = zip(matrix.rows, summary.means_over_clips(numbers, matrix.clips), strict=True)
+    return {row.label: m for k, (row, m) in enumerate(means_of) if m is not None and k not in few}
 
 
 def worst(

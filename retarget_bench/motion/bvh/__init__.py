@@ -13,11 +13,12 @@ from typing import BinaryIO
 from retarget_bench.errors import FileError
 from retarget_bench.motion.bvh import cache as bvh_cache
 from retarget_bench.motion.bvh.document import Document, Header, Hierarchy
-from retarget_bench.motion.bvh.header import complaint, plain, reaches_the_numbers, read_header
+from retarget_bench.motion.bvh.header import check_begins, plain, reaches_the_numbers, read_header
 from retarget_bench.motion.bvh.recording import record
 from retarget_bench.motion.bvh.values import read_values
 from retarget_bench.motion.bvh.writing import document_of, write_document
 from retarget_bench.motion.character import Motion
+from retarget_bench.motion.file_kinds import TEXT, check_kind
 from retarget_bench.motion.recording import Recording
 
 __all__ = [
@@ -32,7 +33,6 @@ __all__ = [
     "write_document",
 ]
 
-_SNIFFED = 4096
 _CHUNK = 1 << 16
 
 
@@ -114,13 +114,12 @@ def write(path: str | Path, motion: Motion, *, order: str = "ZXY", scale: float 
 @contextmanager
 def _opened(path: Path) -> Iterator[BinaryIO]:
     """The file, which may be BVH by its first bytes."""
+    kind = check_kind(path, "BVH", text=True)
     try:
-        if path.exists() and not path.is_file():
-            raise FileError(path, "is a folder" if path.is_dir() else "is not an ordinary file")
         with path.open("rb") as file:
-            if problem := complaint(file.read(_SNIFFED)):
-                raise FileError(path, problem)
-            file.seek(0)
+            if kind is TEXT:
+                check_begins(path, file.read(_CHUNK))
+                file.seek(0)
             yield file
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror or error})") from error

@@ -1,4 +1,4 @@
-"""Reading the text before the numbers: joints, number of frames, frame time; recognising other files."""
+"""Reading the text before the numbers: joints, number of frames, frame time."""
 
 import math
 import re
@@ -10,8 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.errors import FileError
-from retarget_bench.files import stand_in
-from retarget_bench.motion import file_kinds
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS, Header, Hierarchy
 from retarget_bench.motion.skeleton import EndSite
 
@@ -43,7 +41,7 @@ _SHOWN = 60
 
 Offset = tuple[float, float, float]
 
-_BOM, _UTF16 = b"\xef\xbb\xbf", (b"\xff\xfe", b"\xfe\xff")
+_BOM = b"\xef\xbb\xbf"
 
 
 def plain(data: bytes) -> bytes:
@@ -68,28 +66,12 @@ def _with_points(data: bytes) -> bytes:
     return _NUMBERS.sub(lambda match: match[0].replace(b",", b"."), data)
 
 
-def complaint(start: bytes) -> str | None:
-    """The fault of a file that starts with these bytes (some thousand), or None if it may be BVH."""
-    if not start:
-        return "is empty"
-    if start.startswith(_UTF16):
-        return "is UTF-16 text: save it as UTF-8"
-    if meaning := stand_in(start):
-        return f"is {meaning}"
-    text = start.removeprefix(_BOM).lstrip()
-    if not text:
-        return "holds only blanks"
-    if text[:9].upper() == b"HIERARCHY":
-        return None
-    if kind := file_kinds.kind_of(text):
-        return f"is not BVH but {kind}"
-    if b"\0" in start:
-        return "is not BVH but binary data of an unknown kind"
-    text = REMARK.sub(b"", text).lstrip()
-    if not text or text[:9].upper() == b"HIERARCHY":
-        return None
-    first = text.splitlines()[0][:40].decode("ascii", "replace")
-    return f"is not BVH: it begins with {first!r} instead of HIERARCHY"
+def check_begins(path: Path, start: bytes) -> None:
+    """Raise FileError where text begins with something else than HIERARCHY or remarks."""
+    text = REMARK.sub(b"", start.removeprefix(_BOM)).lstrip()
+    if text and text[:9].upper() != b"HIERARCHY":
+        first = text.splitlines()[0][:40].decode("ascii", "replace")
+        raise FileError(path, f"is not BVH: it begins with {first!r} instead of HIERARCHY")
 
 
 def read_header(path: Path, data: bytes) -> tuple[Header, int, int]:

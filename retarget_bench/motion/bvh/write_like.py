@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.errors import FileError
+from retarget_bench.errors import FileError, some
 from retarget_bench.files import atomic
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.bvh import Document, Hierarchy, Recording
-from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS
 from retarget_bench.motion.bvh.recording import local_rotations
 from retarget_bench.motion.importer import Imported, as_stated, places_as_stated

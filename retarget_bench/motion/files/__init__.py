@@ -11,11 +11,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.errors import FileError, NotSupported
-from retarget_bench.files import LARGEST, check_ordinary
 from retarget_bench.motion.file_kinds import kind_of
-from retarget_bench.motion.files.formats import AMASS, BVH, FORMATS, NOT_READ, UNREADABLE, Format
+from retarget_bench.motion.files.formats import BVH, FORMATS, UNREADABLE, Format
 from retarget_bench.motion.files.reading import Reading
-from retarget_bench.motion.files.smpl.arrays import ZIP
 from retarget_bench.motion.recording import Recording
 
 __all__ = [
@@ -30,8 +28,6 @@ __all__ = [
     "with_take",
 ]
 
-_SNIFFED = 4096
-
 
 def suffixes(*, written: bool = False) -> tuple[str, ...]:
     """The endings of motion files; ``written``: of those that results can be written as."""
@@ -39,30 +35,19 @@ def suffixes(*, written: bool = False) -> tuple[str, ...]:
 
 
 def format_of(path: str | Path) -> Format:
-    """The format of a file, by its first bytes; else, and where it is not there, by its ending.
+    """The format of a file, by what it is; else, and where it is not there, by its ending.
 
-    Files that are not ordinary, or too large, and those of formats that are not read, are ``UNREADABLE``.
+    What there is but no file that can be looked into is ``UNREADABLE``.
     """
     path = split_take(path)[0]
+    by_name = next((form for form in FORMATS if path.suffix.lower() in form.suffixes), BVH)
+    if not path.exists():
+        return by_name
     try:
-        check_ordinary(path, LARGEST)
+        kind = kind_of(path).name
     except FileError:
         return UNREADABLE
-    try:
-        with path.open("rb") as file:
-            head = file.read(_SNIFFED)
-    except OSError:
-        head = b""
-    suffix = path.suffix.lower()
-    default = UNREADABLE if suffix in NOT_READ else BVH
-    by_name = next((form for form in FORMATS if suffix in form.suffixes), default)
-    if not head or by_name.recognises(head):
-        return by_name
-    if recognised := next((form for form in FORMATS if form.recognises(head)), None):
-        return recognised
-    archive = by_name is AMASS and head.startswith(ZIP)  # its reader says what is in it
-    other = by_name is not BVH and not archive and kind_of(head)
-    return UNREADABLE if other else by_name
+    return next((form for form in FORMATS if kind in form.kinds), by_name)
 
 
 def read(path: str | Path, reading: Reading = Reading()) -> Recording:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -12,21 +10,14 @@ from typing import NoReturn
 import numpy as np
 
 from retarget_bench.errors import FileError, NotSupported
-from retarget_bench.files import LARGEST, check_ordinary
-from retarget_bench.motion import bvh, file_kinds
+from retarget_bench.motion import bvh
+from retarget_bench.motion.file_kinds import kind_of
 from retarget_bench.motion.files.acclaim import reading as acclaim
-from retarget_bench.motion.files.fbx import content as fbx_content
 from retarget_bench.motion.files.fbx import reading as fbx
 from retarget_bench.motion.files.gltf import reading as gltf
-from retarget_bench.motion.files.gltf.document import MAGIC
 from retarget_bench.motion.files.reading import Reading
-from retarget_bench.motion.files.smpl import amass, joint_arrays
-from retarget_bench.motion.files.smpl.arrays import NPY, begins_as_archive, read_array
-from retarget_bench.motion.files.smpl.joint_arrays import Joints
+from retarget_bench.motion.files.smpl import amass, arrays
 from retarget_bench.motion.recording import Recording
-
-_SNIFFED = 4096
-_BVH = re.compile(rb"(?<!:)HIERARCHY", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -35,7 +26,7 @@ class Format:
 
     name:       for people.
     suffixes:   endings of file names, in small letters.
-    recognises: whether a file is one, by its first bytes.
+    kinds:      names of its kinds of files (``file_kinds``).
     read:       the motion; unit and up axis are said in the ``Recording`` only where the format or the
                 file states them. Raises FileError for what cannot be read, NotSupported for what it cannot
                 be told.
@@ -48,7 +39,7 @@ class Format:
 
     name: str
     suffixes: tuple[str, ...]
-    recognises: Callable[[bytes], bool]
+    kinds: tuple[str, ...]
     read: Callable[[Path, Reading], Recording]
     takes: Callable[[Path], tuple[str, ...]] = lambda path: ()  # noqa: ARG005
     written: tuple[str, ...] = ()
@@ -100,65 +91,35 @@ def _read_amass(path: Path, reading: Reading) -> Recording:
 
 
 def _read_joint_array(path: Path, reading: Reading) -> Recording:
-    return of_array(path, read_array(path), reading)
+    return of_array(path, arrays.read_array(path), reading)
 
 
-def of_array(path: Path, array: np.ndarray, reading: Reading, joints: Joints = ()) -> Recording:
-    """The motion of an array that a file holds, or that has none: see ``joint_arrays.recorded``."""
+def of_array(path: Path, array: np.ndarray, reading: Reading, joints: arrays.Joints = ()) -> Recording:
+    """The motion of an array that a file holds, or that has none: see ``arrays.recorded``."""
     _refuse(path, reading, "take", "body", "root_place", "skeleton", "body_model")
-    return joint_arrays.recorded(path, array, reading.rate, joints)
-
-
-_MARKERS = (
-    "of marker positions, not of a skeleton's motion: solve it in the program that recorded it, and {}"
-)
-_EXPORT = "export BVH, FBX or GLB"
-_PICKLED = "which may hold programs and is never loaded: save its arrays as .npz or .npy"
-NOT_READ = {
-    ".c3d": f"a C3D file {_MARKERS.format(_EXPORT)}",
-    ".trc": f"a TRC file {_MARKERS.format(_EXPORT)}",
-    ".vmd": f"a motion of MikuMikuDance: import it with its model into Blender, say, and {_EXPORT}",
-    **dict.fromkeys((".pkl", ".pickle"), f"a pickle of Python, {_PICKLED}"),
-    **dict.fromkeys((".pt", ".pth"), f"a file of PyTorch, {_PICKLED}"),
-}
-"""Endings of motion files that are not read -> what they are, and what to do."""
+    return arrays.recorded(path, array, reading.rate, joints)
 
 
 def _refused(path: Path, reading: Reading | None = None) -> NoReturn:  # noqa: ARG001
     """Raise FileError that says why a path is not read."""
-    check_ordinary(path, LARGEST)
-    with suppress(OSError), path.open("rb") as file:
-        if kind := NOT_READ.get(path.suffix.lower()) or file_kinds.kind_of(file.read(_SNIFFED)):
-            raise FileError(path, f"is {kind}")
+    kind_of(path)
     raise FileError(path, "was changed while it was read: read it again")
 
 
-def _begins_as_json(head: bytes) -> bool:
-    return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{")
-
-
-BVH = Format("BVH", (".bvh",), lambda head: _BVH.search(head) is not None, _read_bvh, written=(".bvh",))
-GLTF = Format(
-    "glTF",
-    (".glb", ".gltf"),
-    lambda head: head.startswith(MAGIC) or _begins_as_json(head),
-    _read_gltf,
-    gltf.takes,
-    written=(".glb",),
-)
-FBX = Format("FBX", (".fbx",), fbx_content.recognises, _read_fbx, fbx.takes)
+BVH = Format("BVH", (".bvh",), ("BVH",), _read_bvh, written=(".bvh",))
+GLTF = Format("glTF", (".glb", ".gltf"), ("glTF",), _read_gltf, gltf.takes, written=(".glb",))
+FBX = Format("FBX", (".fbx",), ("FBX",), _read_fbx, fbx.takes)
 ACCLAIM = Format(
     "ASF/AMC",
     (".amc", ".asf"),
-    acclaim.recognises,
+    ("AMC", "ASF"),
     _read_acclaim,
     bodies=(".asf",),
     beside=acclaim.needed,
 )
-AMASS = Format("AMASS", (".npz",), begins_as_archive, _read_amass, written=(".npz",))
-JOINT_ARRAY = Format("joint array", (".npy",), lambda head: head.startswith(NPY), _read_joint_array)
+AMASS = Format("AMASS", (".npz",), ("NPZ",), _read_amass, written=(".npz",))
+JOINT_ARRAY = Format("joint array", (".npy",), ("NPY",), _read_joint_array)
 FORMATS = (BVH, GLTF, FBX, ACCLAIM, AMASS, JOINT_ARRAY)
 """All formats, the first for files that nothing recognises."""
-UNREADABLE = Format("no file", (), lambda head: False, _refused, _refused)  # noqa: ARG005
-"""Says why a path cannot be read: a folder, a device, a web page, a file that is too large, or of a format
-that is not read."""
+UNREADABLE = Format("no file", (), (), _refused, _refused)
+"""Says why a path cannot be read: a folder, a device, a pointer, a web page, a file that is too large."""

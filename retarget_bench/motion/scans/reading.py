@@ -10,10 +10,13 @@ import numpy as np
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.files import LARGEST, check_ordinary
+from retarget_bench.motion.file_kinds import check_kind
 
 SUFFIXES = (".ply", ".obj", ".glb", ".stl", ".off")
 _RIGGED = (".glb",)
 """Formats that may hold a rigged character as well: alone, such a file is read as one."""
+_KINDS = {".ply": "PLY", ".glb": "glTF", ".obj": "OBJ", ".off": "OFF"}
+"""Kinds of files (``file_kinds``) by their endings; binary STL begins with anything."""
 _NUMBER = re.compile(r"(\d+)")
 
 
@@ -66,7 +69,10 @@ def frames_of(path: Path) -> Iterator[Frame]:
     """
     files = files_of(path)
     for file in files:
-        check_ordinary(file, LARGEST)
+        if kind := _KINDS.get(file.suffix.lower()):
+            check_kind(file, kind, text=True)
+        else:
+            check_ordinary(file, LARGEST)
         parts = list(_parts(file))
         if not parts:
             raise FileError(file, "holds no mesh")

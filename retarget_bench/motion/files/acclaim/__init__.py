@@ -1,1 +1,1 @@
-"""Acclaim skeletons (ASF) and their motions (AMC)."""
+"""Acclaim files: a skeleton (ASF) and its motions (AMC)."""

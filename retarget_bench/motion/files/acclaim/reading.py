@@ -1,30 +1,32 @@
 """From an ASF file, and an AMC file of it, to a skeleton and its motion.
 
-A bone ``b`` has a frame of its own, ``C`` (its ``axis``), in which its numbers are meant: against its
-parent it turns by ``C M C^-1``. So every joint, standing where its bone begins, has a frame that is
-parallel to the world in the rest pose, and bones that begin at the root stand in one place with it.
+A bone has a frame of its own, C (its ``axis``), in which its numbers M are meant: against its parent it
+turns by C M C^-1. So every joint, standing where its bone begins, has a frame that is parallel to the world
+in the rest pose, and bones that begin at the root stand in one place with it.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.errors import FileError
+from retarget_bench.errors import FileError, some
 from retarget_bench.motion import rotation
-from retarget_bench.motion.files.acclaim.skeleton import (
+from retarget_bench.motion.file_kinds import TEXT, check_kind
+from retarget_bench.motion.files.acclaim.content import (
     LENGTH,
     ROTATIONS,
     TRANSLATIONS,
-    AcclaimSkeleton,
+    Body,
     Bone,
+    Values,
+    read_motion,
     read_skeleton,
 )
-from retarget_bench.motion.files.acclaim.values import AcclaimMotion, read_values
 from retarget_bench.motion.recording import Recording, reach, resting, unique_names
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
@@ -36,31 +38,26 @@ _STILL, _SAME = 1e-3, 1e-5
 """Shares of the body's reach up to which a joint's place in its parent's frame counts as constant, and up
 to which it counts as that at rest."""
 _SUFFIX = ".asf"
-_MOTION = re.compile(rb"^\s*(:fully-specified|:degrees|:radians|#!oml:asf)", re.IGNORECASE | re.MULTILINE)
-_SKELETON = re.compile(rb"^\s*(:version|:units|:bonedata|# ast/asf)", re.IGNORECASE | re.MULTILINE)
-
-
-def recognises(head: bytes) -> bool:
-    """Whether a file that begins so is an Acclaim skeleton or motion."""
-    return _MOTION.search(head) is not None or _SKELETON.search(head) is not None
 
 
 def read(path: Path, skeleton: str | PathLike[str] | None = None) -> Recording:
     """The motion of an AMC file on its skeleton, or the one pose of an ASF file, in the skeleton's unit.
 
     skeleton: the ASF file of an AMC file; None: the one beside it (``beside``).
-    Raises FileError for what cannot be read.
+    Raises FileError, with the line, for what cannot be read.
     """
-    if _is_skeleton(path):
-        body, motion, notes = read_skeleton(path), None, ["a skeleton alone: one frame, the pose at rest"]
-    else:
-        asf = beside(path) if skeleton is None else Path(skeleton)
-        body = read_skeleton(asf)
-        motion = read_values(path, _widths(body), asf)
-        notes = [f"bones from {asf.name}", *_without_values(body, motion)]
-    if body.left_out:
-        notes.append(f"bones that hang on nothing are left out: {', '.join(body.left_out[:6])}")
-    return _recorded(body, motion, notes)
+    kind = check_kind(path, "AMC", "ASF", text=True)
+    if kind.name == "ASF" or (kind is TEXT and _named_asf(path)):
+        notes = ["a skeleton alone: one frame, the pose at rest"]
+        return _recorded(read_skeleton(path), {}, 1.0, notes)
+    asf = beside(path) if skeleton is None else Path(skeleton)
+    body = read_skeleton(asf)
+    widths = {bone.name: len(bone.dof) for bone in body.bones if bone.dof}
+    values, radians = read_motion(path, widths, asf)
+    notes = [f"bones from {asf.name}"]
+    if missing := [name for name in widths if name not in values]:
+        notes.append(f"the motion has no numbers for {some(missing)}: they stay as at rest")
+    return _recorded(body, values, radians or body.radians, notes)
 
 
 def beside(path: Path) -> Path:
@@ -73,32 +70,21 @@ def beside(path: Path) -> Path:
         if (same_name := path.with_name(stem + _SUFFIX)).is_file():
             return same_name
     try:
-        candidates = {each.stem.lower(): each for each in sorted(path.parent.iterdir()) if _named_asf(each)}
+        there = [each for each in sorted(path.parent.iterdir()) if _named_asf(each)]
     except OSError:
-        candidates = {}
-    for stem in stems:  # in other capitals
-        if stem.lower() in candidates:
-            return candidates[stem.lower()]
-    if len(candidates) == 1:
-        return next(iter(candidates.values()))
-    there = (
-        f"beside it are {', '.join(each.name for each in candidates.values())}"
-        if candidates
-        else "none is there"
-    )
+        there = []
+    in_other_capitals = (each for stem in stems for each in there if each.stem.lower() == stem.lower())
+    if found := next(in_other_capitals, there[0] if len(there) == 1 else None):
+        return found
     names = " or ".join(dict.fromkeys(f"{stem}{_SUFFIX}" for stem in (stems[0], stems[-1])))
-    raise FileError(
-        path,
-        f"needs its skeleton, {names} in its folder ({there}): say skeleton=FILE",
-    )
+    held = f"beside it are {', '.join(each.name for each in there)}" if there else "none is there"
+    raise FileError(path, f"needs its skeleton, {names} in its folder ({held}): say skeleton=FILE")
 
 
 def needed(path: Path) -> tuple[Path, ...]:
     """The files that the motion of an AMC file depends on, as far as they are there."""
-    if _named_asf(path):
-        return ()
     try:
-        return (beside(path),)
+        return () if _named_asf(path) else (beside(path),)
     except FileError:
         return ()
 
@@ -107,53 +93,38 @@ def _named_asf(path: Path) -> bool:
     return path.suffix.lower() == _SUFFIX and not path.name.startswith(".")
 
 
-def _is_skeleton(path: Path) -> bool:
-    """By the first bytes of the file, and where these say nothing by its name."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(4096)
-    except OSError:
-        head = b""
-    if _MOTION.search(head):
-        return False
-    return _SKELETON.search(head) is not None or _named_asf(path)
-
-
-def _widths(body: AcclaimSkeleton) -> dict[str, int]:
-    """Numbers in a frame, by bone."""
-    return {"root": len(body.order), **{bone.name: len(bone.dof) for bone in body.bones if bone.dof}}
-
-
-def _without_values(body: AcclaimSkeleton, motion: AcclaimMotion) -> list[str]:
-    missing = [name for name in _widths(body) if name not in motion.values]
-    if not missing:
-        return []
-    more = f" and {len(missing) - 6} more" if len(missing) > 6 else ""
-    return [f"the motion has no numbers for {', '.join(missing[:6])}{more}: they stay as at rest"]
-
-
 # ------------------------------------------------------------------------------------------- the motion
-def _recorded(body: AcclaimSkeleton, motion: AcclaimMotion | None, notes: list[str]) -> Recording:
-    frames = 1 if motion is None else motion.frames
-    stated = motion.radians if motion is not None else None
-    angles = body.radians if stated is None else stated
-    rotations = rotation.identity(frames, len(body.bones) + 1)
-    offsets, steps = _rest(body), dict[int, np.ndarray]()
-    root = np.repeat(np.array([body.position]), frames, axis=0)
-    rotations[:, 0] = _turn(np.array(body.orientation), body.orientation_order)
-    if motion is not None:
-        if "root" in motion.values:
-            values = motion.values["root"]
-            root = root + _columns(values, body.order, TRANSLATIONS)
-            turned = _turned(values, body.order, angles)
-            rotations[:, 0] = rotation.multiply(turned, rotations[:, 0])
-        for joint, bone in enumerate(body.bones, 1):
-            if bone.name in motion.values:
-                values = motion.values[bone.name]
-                rotations[:, joint] = _in_frame(bone, _turned(values, bone.dof, angles))
-        steps = _steps(body, motion, offsets)
-    skeleton, places = _skeleton(body, offsets, steps, frames)
-    if any(body.orientation) or any(body.position):
+def _recorded(body: Body, values: Values, radians: float, notes: list[str]) -> Recording:
+    """The body in motion, or at rest without ``values``. radians: of one unit of their angles."""
+    frames = max(map(len, values.values()), default=1)
+    skeleton = _at_rest(body)
+    rotations, root = (
+        rotation.identity(frames, len(skeleton)),
+        np.repeat(body.position[None], frames, axis=0),
+    )
+    rotations[:, 0] = _turn(body.bones[0])
+    steps: dict[int, np.ndarray] = {}
+    for joint, bone in enumerate(body.bones):
+        if (numbers := values.get(bone.name)) is not None:
+            frame, turned = _turn(bone)[None], _turned(numbers, bone.dof, radians)
+            shift = _columns(numbers, bone.dof, TRANSLATIONS)
+            if joint == 0:
+                root += shift
+                rotations[:, 0] = rotation.multiply(turned, frame)
+                continue
+            rotations[:, joint] = rotation.multiply(
+                rotation.multiply(frame, turned), rotation.conjugate(frame)
+            )
+            if set(bone.dof) & set(TRANSLATIONS):
+                steps[joint] = skeleton.offsets[joint] + rotation.rotate(frame, shift)
+        above = body.bones[bone.parent]
+        if joint and LENGTH in above.dof and above.name in values:
+            longer = values[above.name][:, [above.dof.index(LENGTH)]]
+            steps[joint] = steps.get(joint, skeleton.offsets[joint]) + longer * above.direction
+    skeleton, places = _with_steps(skeleton, steps, frames)
+    if body.left_out:
+        notes.append(f"bones that hang on nothing are left out: {', '.join(body.left_out[:6])}")
+    if body.bones[0].axis.any() or body.position.any():
         notes.append("the root is offset by its own position and orientation, about fixed axes")
     return Recording(
         skeleton,
@@ -167,59 +138,33 @@ def _recorded(body: AcclaimSkeleton, motion: AcclaimMotion | None, notes: list[s
     )
 
 
-def _rest(body: AcclaimSkeleton) -> np.ndarray:
-    """``(joints, 3)`` where bones begin, from where their parents' begin; the root where it is put."""
-    ends = np.array([bone.direction for bone in body.bones]) * [[bone.length] for bone in body.bones]
-    offsets = np.zeros((len(body.bones) + 1, 3))
+def _at_rest(body: Body) -> Skeleton:
+    """The joints, each where its bone begins: at the end of its parent's."""
+    parents = np.array([bone.parent for bone in body.bones])
+    tips = np.array([bone.direction * bone.length for bone in body.bones])
+    offsets = tips[parents]
     offsets[0] = body.position
-    for joint, parent in enumerate(body.parents, 1):
-        if parent >= 0:
-            offsets[joint] = ends[parent]
-    return offsets
+    leaves = sorted({*range(1, len(parents))} - {*parents.tolist()})
+    sites = tuple(EndSite(joint, tuple(tips[joint].tolist())) for joint in leaves)
+    return Skeleton(unique_names(tuple(bone.name for bone in body.bones)), parents, offsets, sites)
 
 
-def _steps(body: AcclaimSkeleton, motion: AcclaimMotion, offsets: np.ndarray) -> dict[int, np.ndarray]:
-    """Joint -> ``(frames, 3)`` its place in its parent's frame, where bones shift or stretch."""
-    steps: dict[int, np.ndarray] = {}
-    for joint, (bone, parent) in enumerate(zip(body.bones, body.parents, strict=True), 1):
-        values = motion.values.get(bone.name)
-        if values is not None and set(bone.dof) & set(TRANSLATIONS):
-            frame = _turn(np.array(bone.axis), bone.axis_order)
-            shift = rotation.rotate(frame[None], _columns(values, bone.dof, TRANSLATIONS))
-            steps[joint] = steps.get(joint, offsets[joint]) + shift
-        above = body.bones[parent] if parent >= 0 else None
-        if above is not None and LENGTH in above.dof and above.name in motion.values:
-            longer = motion.values[above.name][:, [above.dof.index(LENGTH)]]
-            steps[joint] = steps.get(joint, offsets[joint]) + longer * np.array(above.direction)
-    return steps
-
-
-def _skeleton(
-    body: AcclaimSkeleton, offsets: np.ndarray, steps: dict[int, np.ndarray], frames: int
+def _with_steps(
+    skeleton: Skeleton, steps: Mapping[int, np.ndarray], frames: int
 ) -> tuple[Skeleton, np.ndarray | None]:
-    """The joints, and ``(frames, joints, 3)`` their places where they move against their parents."""
-    names = unique_names(("root", *(bone.name for bone in body.bones)))
-    parents = np.array([-1, *(parent + 1 for parent in body.parents)])
-    leaves = sorted(set(range(1, len(names))) - set(parents.tolist()))
-    sites = []
-    for joint in leaves:
-        bone = body.bones[joint - 1]
-        x, y, z = (part * bone.length for part in bone.direction)
-        sites.append(EndSite(joint, (x, y, z)))
-    skeleton = Skeleton(names, parents, offsets, tuple(sites))
-    size = reach(skeleton)
-    if not any(np.ptp(positions, axis=0).max() > _STILL * size for positions in steps.values()):
-        rigid = np.array(offsets)
-        for joint, positions in steps.items():
-            rigid[joint] = np.median(positions, axis=0)
-        return Skeleton(names, parents, rigid, tuple(sites)), None
-    places = np.repeat(offsets[None], frames, axis=0)
+    """The joints where they mostly are, and ``(frames, joints, 3)`` places where they truly move.
+
+    steps: joint -> ``(frames, 3)`` its place in its parent's frame, where bones shift or stretch.
+    """
+    size, moved = reach(skeleton), list(steps)
+    offsets, places = np.array(skeleton.offsets), np.repeat(skeleton.offsets[None], frames, axis=0)
     for joint, positions in steps.items():
         places[:, joint] = positions
-    moved = list(steps)
-    rest_offsets = np.array(offsets)
-    rest_offsets[moved] = resting(offsets[moved], places[:, moved], _SAME * size)
-    return Skeleton(names, parents, rest_offsets, tuple(sites)), places
+    if any(np.ptp(positions, axis=0).max() > _STILL * size for positions in steps.values()):
+        offsets[moved] = resting(offsets[moved], places[:, moved], _SAME * size)
+        return replace(skeleton, offsets=offsets), places
+    offsets[moved] = np.median(places[:, moved], axis=0)
+    return replace(skeleton, offsets=offsets), None
 
 
 def _columns(values: np.ndarray, dof: Sequence[str], axes: Sequence[str]) -> np.ndarray:
@@ -235,21 +180,14 @@ def _turned(values: np.ndarray, dof: Sequence[str], radians: float) -> np.ndarra
     """``(frames, 4)`` turns about fixed axes, in the order in which ``dof`` names them."""
     order = [name for name in dof if name in ROTATIONS]
     order += [name for name in ROTATIONS if name not in order]
-    angles = radians * _columns(values, dof, order)
-    return _fixed(angles, "".join(name[1].upper() for name in order))
+    return _fixed(radians * _columns(values, dof, order), "".join(name[1].upper() for name in order))
 
 
-def _turn(angles: np.ndarray, order: str) -> np.ndarray:
-    """``(4,)`` of angles of a line ``axis``: its numbers are those of X, Y and Z, its word the order."""
-    return _fixed(angles[["XYZ".index(axis) for axis in order]], order)
+def _turn(bone: Bone) -> np.ndarray:
+    """``(4,)`` of the frame of a bone, or of the root at rest."""
+    return _fixed(bone.axis[["XYZ".index(axis) for axis in bone.axis_order]], bone.axis_order)
 
 
 def _fixed(angles: np.ndarray, order: str) -> np.ndarray:
     """Turns by ``angles`` ``(..., 3)`` about the fixed axes of ``order``, the first before the others."""
     return rotation.from_euler(np.ascontiguousarray(angles[..., ::-1]), order[::-1])
-
-
-def _in_frame(bone: Bone, turned: np.ndarray) -> np.ndarray:
-    """``C M C^-1``."""
-    frame = _turn(np.array(bone.axis), bone.axis_order)[None]
-    return rotation.multiply(rotation.multiply(frame, turned), rotation.conjugate(frame))

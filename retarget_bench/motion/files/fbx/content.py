@@ -15,12 +15,10 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.errors import FileError, NotSupported, visible
-from retarget_bench.files import LARGEST, check_ordinary, scratch_folder
+from retarget_bench.files import scratch_folder
+from retarget_bench.motion.file_kinds import check_kind
 from retarget_bench.motion.files.fbx import child
 
-_MAGIC = b"Kaydara FBX Binary"
-_HEADINGS = (b"FBXHeaderExtension", b"; FBX ")
-"""By which ASCII files begin."""
 _MEMORY = 3 << 30
 _MEMORY_PER_BYTE = 30
 """Address space of the child, for any file and for each of its bytes."""
@@ -54,11 +52,6 @@ class Content:
     facts: dict[str, Any]
 
 
-def recognises(head: bytes) -> bool:
-    """Whether a file that begins so is FBX."""
-    return head.startswith(_MAGIC) or any(heading in head for heading in _HEADINGS)
-
-
 def extract(path: Path, take: str = "") -> Content:
     """The content of a file, with the frames of a take: by name or number from 1 on; "": of the first that
     moves a bone.
@@ -67,29 +60,15 @@ def extract(path: Path, take: str = "") -> Content:
     """
     if importlib.util.find_spec("ufbx") is None:
         raise NotSupported(f"{path} is an FBX file, which needs ufbx: pip install 'retarget-bench[fbx]'")
-    size = _size(path)
+    check_kind(path, "FBX")
     with scratch_folder() as folder:
-        _run(path, folder, take, size)
+        _run(path, folder, take)
         return _answer(path, folder)
 
 
-def _size(path: Path) -> int:
-    """Bytes of a file that can be read. Raises FileError."""
-    check_ordinary(path, LARGEST)
-    try:
-        with path.open("rb") as file:
-            size = file.seek(0, os.SEEK_END)
-    except FileNotFoundError as error:
-        raise FileError(path, "cannot be read (there is no such file)") from error
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror or error})") from error
-    if not size:
-        raise FileError(path, "is empty")
-    return size
-
-
-def _run(path: Path, folder: Path, take: str, size: int) -> None:
+def _run(path: Path, folder: Path, take: str) -> None:
     """Have a process take the content out of a file. Raises FileError where it crashes or does not end."""
+    size = path.stat().st_size
     seconds = _SECONDS + _SECONDS_PER_MB * (size >> 20)
     memory = _MEMORY + _MEMORY_PER_BYTE * size
     arguments = [str(path.resolve()), str(folder), take, str(memory), str(seconds)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -11,18 +12,26 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.motion import rotation
-from retarget_bench.motion.files.fbx import characterisation, child
+from retarget_bench.motion.files.fbx import child
 from retarget_bench.motion.files.fbx.content import Content, extract
-from retarget_bench.motion.files.scenes.nodes import Nodes, nearest_turn
 from retarget_bench.motion.files.scenes.reading import rigged
-from retarget_bench.motion.files.scenes.scene import Piece, Scene, Surface
-from retarget_bench.motion.files.scenes.tracks import Track
+from retarget_bench.motion.files.scenes.roles import roles_of
+from retarget_bench.motion.files.scenes.scene import (
+    Nodes,
+    Piece,
+    Scene,
+    Surface,
+    Track,
+    nearest_turn,
+    shares_of_one,
+)
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.recording import Recording
 
 _UNITS = {1.0: "m", 0.01: "cm", 0.001: "mm", 0.1: "dm", 0.0254: "inch"}
 _AXES = ("x", "-x", "y", "-y", "z", "-z")
 """Axes by the numbers that ufbx gives them."""
+_CHAINS = ("Spine", "Neck")
 _FARTHEST = 1e9
 _DENSER = 1.02
 """Keys that are so much denser than frames are said to be."""
@@ -102,7 +111,7 @@ class FbxScene(Scene):
 
     # ----------------------------------------------------------------------------------------- bodies
     def roles(self, joints: Sequence[int]) -> Mapping[int, str]:
-        return characterisation.roles(self.content.facts["characters"], joints)
+        return roles_by_links(self.content.facts["characters"], joints)
 
     @property
     def skins(self) -> Sequence[str]:
@@ -217,7 +226,7 @@ class FbxScene(Scene):
         yield Piece(vertices @ matrix[:3, :3].T + matrix[:3, 3], faces, None)
 
     def _weights(self, skin: int, vertices: int) -> np.ndarray:
-        """``(vertices, joints of the skin)`` shares that sum to 1; those without any follow the first."""
+        """``(vertices, joints of the skin)`` shares that sum to 1."""
         rows = self.content.arrays[f"skin_weights_{skin}"]
         weights = np.zeros((vertices, len(self.skin_joints(skin))))
         joints, places, shares = rows[:, 0].astype(np.int64), rows[:, 1].astype(np.int64), rows[:, 2]
@@ -225,9 +234,19 @@ class FbxScene(Scene):
             raise self.fail("has a skin with weights that are no numbers: it is damaged")
         used = (shares > 0) & (places >= 0) & (places < vertices)
         np.add.at(weights, (places[used], joints[used]), shares[used])
-        total = weights.sum(axis=1, keepdims=True)
-        weights[total[:, 0] <= 0, 0] = 1.0
-        return weights / np.where(total > 0, total, 1.0)
+        return shares_of_one(weights)
+
+
+def roles_by_links(characters: Sequence[Mapping[str, int]], joints: Sequence[int]) -> dict[int, str]:
+    """Node -> role, by the HumanIK character that has most links to the joints of a body.
+
+    characters: of each its links, by the property without ``Link`` (``LeftUpLeg``), and their nodes.
+    """
+    own = [{link: node for link, node in links.items() if node in joints} for links in characters]
+    links = max(own, key=len, default={})
+    spine, neck = (sorted(filter(re.compile(f"{stem}[1-9]?").fullmatch, links)) for stem in _CHAINS)
+    role_of = roles_of(links, spine, neck)
+    return {node: role_of[link] for link, node in links.items() if link in role_of}
 
 
 def _same(one: float, other: float) -> bool:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.motion.files.gltf.document import Document
-from retarget_bench.motion.files.scenes.tracks import Track
+from retarget_bench.motion.files.scenes.scene import Track
 
 _WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
 _INTERPOLATIONS = ("LINEAR", "STEP", "CUBICSPLINE")

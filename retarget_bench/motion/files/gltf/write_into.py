@@ -12,13 +12,12 @@ from retarget_bench.errors import FileError
 from retarget_bench.files import atomic
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Motion
-from retarget_bench.motion.files.gltf.building import AnimationBuilder, Builder
 from retarget_bench.motion.files.gltf.document import Document, open_document
 from retarget_bench.motion.files.gltf.reading import GltfScene
-from retarget_bench.motion.files.gltf.writing import check_frames
-from retarget_bench.motion.files.scenes.nodes import Nodes
+from retarget_bench.motion.files.gltf.writing import AnimationBuilder, Builder, check_frames
 from retarget_bench.motion.files.scenes.reading import rigged
 from retarget_bench.motion.files.scenes.rig import Rig, is_plain
+from retarget_bench.motion.files.scenes.scene import Nodes
 from retarget_bench.motion.importer import Imported, as_stated, places_as_stated
 from retarget_bench.motion.recording import Recording, reach
 

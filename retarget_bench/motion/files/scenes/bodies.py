@@ -3,16 +3,35 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from retarget_bench.errors import NotSupported, some
 from retarget_bench.motion.bvh.recording import DUMMY_NAMES, HIP_NAMES
-from retarget_bench.motion.files.choice import chosen
-from retarget_bench.motion.files.scenes.nodes import Nodes
-from retarget_bench.motion.files.scenes.scene import Scene
+from retarget_bench.motion.files.scenes.scene import Nodes, Scene
 from retarget_bench.motion.recording import MOST_JOINTS
+
+_LISTED = 12
+
+
+def chosen(choice: str, names: Sequence[str], kind: str, path: Path) -> int:
+    """The place in ``names`` that a choice names: by its name, or its number from 1 on.
+
+    Raises NotSupported, with what there is, where none fits.
+    """
+    if choice in names:
+        return names.index(choice)
+    plain = [name.casefold() for name in names]
+    if choice.casefold() in plain:
+        return plain.index(choice.casefold())
+    if choice.isdecimal() and 0 < int(choice[:9]) <= len(names):
+        return int(choice) - 1
+    listed = some([f"{number} {name!r}" for number, name in enumerate(names, 1)], _LISTED)
+    raise NotSupported(f"{path} has no {kind} {choice!r}; it has {listed or 'none'}")
+
 
 _TRUNK = re.compile(
     r"(?<![a-z])(?:[Hh]ips?|HIPS?|[Pp]elvis|PELVIS|[Ss]pine|SPINE|[Tt]orso)(?![a-z])|センター|下半身|腰"

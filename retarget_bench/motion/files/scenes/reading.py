@@ -8,14 +8,18 @@ from functools import partial
 
 import numpy as np
 
+from retarget_bench.errors import some
 from retarget_bench.motion import rotation
-from retarget_bench.motion.files.choice import chosen
-from retarget_bench.motion.files.scenes.bodies import Body, choose_body, with_moving_root
-from retarget_bench.motion.files.scenes.nodes import Nodes, nearest_turn, transform
-from retarget_bench.motion.files.scenes.rig import Rig, is_plain, orientations, sizes_above
-from retarget_bench.motion.files.scenes.scene import Scene
-from retarget_bench.motion.files.scenes.surface import has_surface, surface
-from retarget_bench.motion.files.scenes.tracks import Track
+from retarget_bench.motion.files.scenes.bodies import Body, choose_body, chosen, with_moving_root
+from retarget_bench.motion.files.scenes.rig import (
+    Rig,
+    has_surface,
+    is_plain,
+    orientations,
+    sizes_above,
+    surface,
+)
+from retarget_bench.motion.files.scenes.scene import Nodes, Scene, Track, nearest_turn, transform
 from retarget_bench.motion.recording import Recording, reach, resting, unique_names
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
@@ -300,6 +304,5 @@ def _check_finite(scene: Scene, recording: Recording) -> None:
         raise scene.fail("holds numbers that are no motion of a body: it is damaged")
 
 
-def _listed(nodes: Nodes, some: Sequence[int]) -> str:
-    shown = ", ".join(repr(nodes.names[node]) for node in some[:6])
-    return shown + (f" and {len(some) - 6} more" if len(some) > 6 else "")
+def _listed(nodes: Nodes, listed: Sequence[int]) -> str:
+    return some([repr(nodes.names[node]) for node in listed])

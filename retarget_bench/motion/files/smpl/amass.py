@@ -1,14 +1,18 @@
 """Motions as AMASS archives state them (Mahmood et al. 2019): turns of the joints, translation and betas.
 
 The root joint turns in its place at rest and is then moved by ``trans``: it is at J + trans, where J is its
-place in the rest pose of the body model.
+place in the rest pose of the body model. Bodies are shaped after Loper et al. 2015 (SMPL), eq. 8 to 10: the
+template plus shape directions times betas, and joints as weighted means of its vertices. Pose blend shapes
+are not applied.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import islice
 from os import PathLike
 from pathlib import Path
 
@@ -16,9 +20,10 @@ import numpy as np
 
 from retarget_bench.errors import FileError
 from retarget_bench.motion import rotation
-from retarget_bench.motion.files.smpl import average, body_model
+from retarget_bench.motion.files.smpl import skeletons
 from retarget_bench.motion.files.smpl.arrays import Archive, check_shape, shape_text
-from retarget_bench.motion.files.smpl.families import BY_JOINTS, FAMILIES, Family
+from retarget_bench.motion.files.smpl.skeletons import BODY, BY_JOINTS, FAMILIES, Family
+from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.recording import Recording
 from retarget_bench.motion.skeleton import Skeleton
 
@@ -38,6 +43,15 @@ _ROUNDED = 1e-2
 """How far rotation matrices may be from orthogonal."""
 _DEGREES = 8 * np.pi
 """Radians: joints that turn by more are thought to be stated in degrees."""
+_NEEDED = ("v_template", "shapedirs", "J_regressor", "kintree_table")
+_GENDERS = {"male": {"male", "m"}, "female": {"female", "f"}, "neutral": {"neutral", "n"}}
+_DEEPEST, _MOST_FILES = 4, 10_000
+_LARGEST = 1e3
+"""Metres of a body."""
+_PICKLED = (
+    "a pickle, which could run anything when it is opened and is never loaded: take the .npz file of the "
+    "same model, or save its arrays with numpy.savez where you trust it"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,12 +101,12 @@ def read(path: Path, model: str | PathLike[str] | None = None, rate: float | Non
     """
     content = parameters(path, rate)
     notes, doubts = list(content.notes), list(content.doubts)
-    skeleton, skin = average.skeleton(content.family), None
+    skeleton, skin = skeletons.average(content.family), None
     if model is None:
         doubts.append("an average skeleton: say body_model=FILE for this person's joints")
     else:
-        shaped = body_model.load(Path(model).expanduser(), content.family, content.gender, content.betas)
-        skeleton, skin = _shaped_skeleton(shaped), shaped.skin
+        shaped = load_model(Path(model).expanduser(), content.family, content.gender, content.betas)
+        skeleton, skin = shaped.skeleton, shaped.skin
         notes.append(f"joints and skin of {shaped.path.name}, without pose blend shapes")
         if shaped.unused:
             doubts.append(
@@ -114,12 +128,6 @@ def read(path: Path, model: str | PathLike[str] | None = None, rate: float | Non
         skin=skin,
         rate_stated=content.rate_stated,
     )
-
-
-def _shaped_skeleton(shaped: body_model.Shaped) -> Skeleton:
-    parents = np.array(shaped.family.parents)
-    offsets = shaped.joints - np.where(parents[:, None] >= 0, shaped.joints[parents], 0.0)
-    return Skeleton(shaped.family.joints, parents, offsets)
 
 
 def parameters(path: Path, rate: float | None = None) -> Parameters:
@@ -259,3 +267,114 @@ def _rate(archive: Archive, explicit: float | None) -> tuple[float, bool]:
 def _check_size(archive: Archive, name: str, array: np.ndarray, most: float) -> None:
     if np.abs(array).max(initial=0.0) > most:
         raise FileError(archive.path, f"has {name!r} with numbers above {most:g}: it is damaged")
+
+
+# ------------------------------------------------------------------------------------------- body models
+@dataclass(frozen=True, eq=False)
+class Shaped:
+    """A body model in the shape of some betas.
+
+    joints:   ``(joints, 3)`` metres at rest. vertices: ``(vertices, 3)`` likewise.
+    unused:   so many of the betas are beyond those that the model has.
+    """
+
+    path: Path
+    family: Family
+    joints: np.ndarray
+    vertices: np.ndarray
+    unused: int
+
+    @property
+    def skeleton(self) -> Skeleton:
+        parents = np.array(self.family.parents)
+        offsets = self.joints - np.where(parents[:, None] >= 0, self.joints[parents], 0.0)
+        return Skeleton(self.family.joints, parents, offsets)
+
+    def skin(self) -> Mesh:
+        """The surface at rest. Raises FileError where faces or weights do not fit."""
+        archive = Archive(self.path)
+        faces, weights = archive.numbers("f"), archive.numbers("weights")
+        count = len(self.vertices)
+        check_shape(self.path, "weights", weights, (count, len(self.family)))
+        check_shape(self.path, "f", faces, (len(faces) if faces.ndim else 0, 3))
+        if not 0 <= faces.min() <= faces.max() < count:
+            raise FileError(self.path, "has faces ('f') with vertices that it has not: it is damaged")
+        total = weights.sum(axis=1, keepdims=True)
+        if (weights < -1e-6).any() or (np.abs(total - 1.0) > 0.1).any():
+            raise FileError(self.path, "has 'weights' that are no shares of 1: it is damaged")
+        return Mesh(self.vertices, faces.astype(np.int64), weights / total)
+
+
+def load_model(place: Path, family: Family, gender: str, betas: np.ndarray) -> Shaped:
+    """A body model in the shape of betas ``(n,)``.
+
+    place:  an ``.npz`` file, or a folder with files of the usual names, of which the one of family and
+        gender is taken.
+    family: of the motion; with ``BODY`` any will do.
+    Raises FileError where there is none, or it does not fit.
+    """
+    path = _model_file(place, family, gender) if place.is_dir() else place
+    if path.suffix.lower() in (".pkl", ".pickle"):
+        raise FileError(path, f"is {_PICKLED}")
+    archive = Archive(path)
+    if missing := [name for name in _NEEDED if name not in archive.names]:
+        raise FileError(path, f"is no SMPL body model: it lacks {', '.join(missing)}")
+    template = archive.numbers("v_template")
+    count = len(template) if template.ndim else 0
+    check_shape(path, "v_template", template, (count, 3))
+    directions = archive.numbers("shapedirs", len(betas))
+    if directions.ndim != 3 or directions.shape[:2] != (count, 3):
+        check_shape(path, "shapedirs", directions, (count, 3, len(betas)))
+    regressor = archive.numbers("J_regressor")
+    own = _family_of_model(path, archive, regressor, count)
+    if family is not BODY and own is not family:
+        raise FileError(path, f"is a model of {own.name}, and the motion is of {family.name}")
+    used = directions.shape[2]
+    with np.errstate(all="ignore"):
+        vertices = template + directions @ betas[:used]
+        joints = regressor @ vertices
+    if not (np.abs(vertices).max() < _LARGEST and np.abs(joints).max() < _LARGEST):
+        raise FileError(
+            path, f"gives a body beyond {_LARGEST:g} m for these betas: one of the two is damaged"
+        )
+    return Shaped(path, own, joints, vertices, len(betas) - used)
+
+
+def _family_of_model(path: Path, archive: Archive, regressor: np.ndarray, vertices: int) -> Family:
+    """The family of a model, by its joints and their tree."""
+    own = BY_JOINTS.get(len(regressor) if regressor.ndim else 0, BODY)
+    if own is BODY:
+        counts = ", ".join(f"{len(each)} ({each.name})" for each in FAMILIES if each is not BODY)
+        raise FileError(
+            path, f"has a J_regressor of shape {shape_text(regressor.shape)}; joints are {counts}"
+        )
+    check_shape(path, "J_regressor", regressor, (len(own), vertices))
+    tree = archive.numbers("kintree_table")
+    check_shape(path, "kintree_table", tree, (2, len(own)))
+    if tree[0, 1:].tolist() != list(own.parents[1:]):
+        raise FileError(path, f"has a kintree_table that is not that of {own.name}")
+    return own
+
+
+def _model_file(folder: Path, family: Family, gender: str) -> Path:
+    """The file of a folder that is named after family and gender: ``SMPLH_MALE.npz``,
+    ``smplx/SMPLX_NEUTRAL.npz``, ``smplh/male/model.npz``, ``male/model.npz``."""
+    listed = (each for depth in range(_DEEPEST) for each in folder.glob("*/" * depth + "*"))
+    models = sorted(each for each in islice(listed, _MOST_FILES) if each.suffix.lower() in (".npz", ".pkl"))
+    words = {path: {*re.findall("[a-z]+", str(path.relative_to(folder)).lower())} for path in models}
+    others = (
+        {each.word for each in FAMILIES if each.word not in ("", family.word)} if family.word else set()
+    )
+    fitting = [path for path in models if words[path] & _GENDERS[gender] and not words[path] & others]
+    fitting.sort(key=lambda path: (family.word not in words[path], len(path.parts), path))
+    for path in fitting:
+        if path.suffix.lower() == ".npz" and set(_NEEDED) <= set(Archive(path).names):
+            return path
+    if pickled := [path for path in fitting if path.suffix.lower() != ".npz"]:
+        return pickled[0]
+    model = f"{gender} {family.name if family is not BODY else 'SMPL'} model"
+    archives = [str(path.relative_to(folder)) for path in models if path.suffix.lower() == ".npz"]
+    holds = ", ".join(archives[:6]) or "no .npz file"
+    raise FileError(
+        folder, f"has no {model}, as in smplh/male/model.npz or SMPLX_NEUTRAL.npz; it holds {holds}"
+    )

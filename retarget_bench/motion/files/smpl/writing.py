@@ -13,8 +13,8 @@ from retarget_bench.files import atomic
 from retarget_bench.motion import rotation, transfer
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.files.gltf.writing import check_frames
-from retarget_bench.motion.files.smpl import amass, average
-from retarget_bench.motion.files.smpl.families import BODY, FAMILIES, SMPL, SMPLH, SMPLX
+from retarget_bench.motion.files.smpl import amass, skeletons
+from retarget_bench.motion.files.smpl.skeletons import BODY, FAMILIES, SMPL, SMPLH, SMPLX
 from retarget_bench.motion.importer import Imported, as_stated
 from retarget_bench.motion.roles import is_finger
 from retarget_bench.motion.up_axis import UP_AXES
@@ -46,7 +46,7 @@ def write(path: Path, motion: Motion) -> tuple[str, ...]:
     else:
         fingers = any(map(is_finger, motion.character.roles))
         family = SMPLH if fingers else SMPL
-        turned = _by_role(path, motion, Character.of(family.name, average.skeleton(family)))
+        turned = _by_role(path, motion, Character.of(family.name, skeletons.average(family)))
     if family is BODY:
         family = SMPLH
     missing = len(family) - len(turned.skeleton)
@@ -54,7 +54,7 @@ def write(path: Path, motion: Motion) -> tuple[str, ...]:
     back = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[_UP])))
     rotations = np.concatenate([turned.rotations, still], axis=1)
     rotations[:, 0] = rotation.multiply(back[None], rotations[:, 0])
-    stated = Character.of(family.name, average.skeleton(family)).motion(
+    stated = Character.of(family.name, skeletons.average(family)).motion(
         rotations, rotation.rotate(back[None], turned.root), motion.fps
     )
     _save(path, stated, np.zeros(_BETAS), "neutral", family.word, _UP)

@@ -10,7 +10,7 @@ function step(mark, key) {
   const along = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[key];
   let best = null;
   for (const each of mark.closest("svg").querySelectorAll(".pick")) {
-    if (each === mark) continue;
+    if (each === mark || !each.getClientRects().length) continue;
     const [dx, dy] = centre(each).map((place, k) => place - [x, y][k]);
     const ahead = dx * along[0] + dy * along[1];
     const aside = Math.abs(dx * along[1]) + Math.abs(dy * along[0]);
@@ -25,11 +25,31 @@ function focus(mark) {
   mark.focus();
 }
 
-function beginMarks() {
-  for (const chart of document.querySelectorAll("main svg.chart")) {
-    const first = chart.querySelector(".pick");
-    if (first) first.setAttribute("tabindex", "0");
+/* The first mark of a chart that is seen is its stop. */
+function stop(chart) {
+  const seen = [...chart.querySelectorAll(".pick")].filter((each) => each.getClientRects().length);
+  for (const each of chart.querySelectorAll('.pick[tabindex="0"]')) each.setAttribute("tabindex", "-1");
+  if (seen.length) seen[0].setAttribute("tabindex", "0");
+}
+
+/* Methods are switched off and on by a class of their chapter. */
+function beginLegends() {
+  for (const button of document.querySelectorAll(".legend button")) {
+    button.addEventListener("click", () => {
+      const chapter = button.closest(".chapter");
+      const off = chapter.classList.toggle(`off-${button.dataset.style}`);
+      button.setAttribute("aria-pressed", String(!off));
+      for (const chart of chapter.querySelectorAll("svg.chart")) stop(chart);
+    });
   }
+}
+
+function beginMarks() {
+  for (const mark of document.querySelectorAll(".pick")) {
+    mark.setAttribute("role", "button");
+    mark.setAttribute("tabindex", "-1");
+  }
+  for (const chart of document.querySelectorAll("main svg.chart")) stop(chart);
   document.querySelector("main").addEventListener("click", (event) => {
     const mark = event.target.closest(".pick");
     if (mark) pressed(mark);
@@ -88,6 +108,7 @@ function beginControls() {
 for (const table of document.querySelectorAll("main table.results")) linkTable(table);
 for (const table of document.querySelectorAll("main table.problems")) linkProblems(table);
 beginMarks();
+beginLegends();
 beginControls();
 if (data.first) {
   [asked.chapter, asked.split] = data.first.case;

@@ -130,8 +130,11 @@ function linkProblems(table) {
   }
 }
 
+/* What the marks of a chart, or of a method in it, have in common, is said once. */
 function pressed(mark) {
-  const { split, method, value, worst, what } = mark.dataset;
+  const { split, value } = mark.closest("svg").dataset;
+  const { method } = mark.closest("[data-method]").dataset;
+  const { worst, what } = mark.dataset;
   const by = GROUPS.find((each) => mark.dataset[each] !== undefined);
   const wish = { chapter: chapterOf(mark), split, method, value, what: what || "", parts: by ? { [by]: mark.dataset[by] } : {} };
   if (worst !== undefined) wish.list = worst.split(" ").filter(Boolean).map((pair) => pair.split(":").map(Number));

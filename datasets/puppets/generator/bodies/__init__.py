@@ -1,0 +1,1 @@
+"""Proportions, joint sets, characters, rigs and skins, of people and of dogs."""

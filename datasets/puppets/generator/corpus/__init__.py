@@ -1,0 +1,1 @@
+"""Who performs what: lists of clips and cases, training and test parts."""

@@ -1,0 +1,1 @@
+"""What is done, as scores that fit every body."""
