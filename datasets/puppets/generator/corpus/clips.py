@@ -78,8 +78,8 @@ _LARGE = replace(
 )
 _KINDS = replace(_TINY, numbers=(501, 601, _TINY.numbers[2]), group=4)
 SIZES = {"tiny": _TINY, "default": _DEFAULT, "large": _LARGE, "kinds": _KINDS}
-"""``large`` is tested on what ``default`` is tested on; only what there is to train on is more. ``kinds`` has
-the training of ``tiny``."""
+"""``large`` is tested on what ``default`` is tested on; only what there is to train on is more. ``kinds``
+has the training of ``tiny``."""
 
 
 @dataclass(frozen=True)
