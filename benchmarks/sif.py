@@ -5,9 +5,9 @@
 
 Prints a table of every split, and the pairs of methods that one of the two numbers tells apart and the
 other does not. On Mixamo, whose cases name no kind, words of the clips' names say it (``WORDS``); --root is
-where its files lie. Distances, and the draws of intervals and shuffle tests, are those of ``metrics/sif.py``;
-blocks are source bodies. Pairs of methods: the project's paired test over source bodies, for both numbers,
-adjusted for all pairs.
+where its files lie. Distances, and the draws of intervals and shuffle tests, are those of
+``metrics/sif.py``; blocks are source bodies. Pairs of methods: the project's paired test over source
+bodies, for both numbers, adjusted for all pairs.
 """
 
 from __future__ import annotations

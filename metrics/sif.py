@@ -16,8 +16,8 @@ SOURCE = (
 )
 GROUP = (
     "group: the answered clips of one kind by one pair of bodies, at least {least}; distance of clips "
-    "i < j: mean over frames of the mean squared coordinate of what is left of j, each frame centred, when i "
-    "is turned and scaled onto it as well as may be (no mirroring); {frames}"
+    "i < j: mean over frames of the mean squared coordinate of what is left of j, each frame centred, when "
+    "i is turned and scaled onto it as well as may be (no mirroring); {frames}"
 )
 RAW, FIXED = "of both clips their common first frames", "of each clip 64 frames, evenly, by lines between"
 LEAST, LENGTH = 3, 64
