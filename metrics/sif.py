@@ -17,7 +17,7 @@ SOURCE = (
 GROUP = (
     "group: the answered clips of one kind by one pair of bodies, at least {least}; distance of clips "
     "i < j: mean over frames of the mean squared coordinate of what is left of j, each frame centred, when "
-    "i is turned and scaled onto it as well as may be (no mirroring); {frames}"
+    "i is turned and scaled onto it as well as may be (no mirroring); {frames}; at the group's first case"
 )
 RAW, FIXED = "of both clips their common first frames", "of each clip 64 frames, evenly, by lines between"
 LEAST, LENGTH = 3, 64
@@ -35,8 +35,9 @@ class Sif(PairMetric):
     """Correlation of the distances between answers with those between their sources, with kind, source body
     and target body held fixed.
 
-    1: answers differ as their sources do; 0: they do not depend on which source it was. Every case of a
-    group has the group's value. Cases whose kind is not known have none.
+    1: answers differ as their sources do; 0: they do not depend on which source it was. The first case of a
+    group, by its id, has the group's values and the others have none, so that tests count a group once.
+    Cases whose kind is not known have none.
     """
 
     card = MetricCard(
@@ -92,7 +93,7 @@ class Sif(PairMetric):
         return np.concatenate([source[:frames], answer[:frames], facts], axis=1)
 
     def values(self, clips: Sequence[np.ndarray]) -> Sequence[Mapping[str, float]]:
-        """The values of each clip of a pair: of its group."""
+        """The values of each clip of a pair: at the first of every group."""
         groups: dict[tuple[float, ...], list[int]] = {}
         for number, clip in enumerate(clips):
             if len(clip):
@@ -100,9 +101,7 @@ class Sif(PairMetric):
         values: list[Mapping[str, float]] = [{} for _ in clips]
         for numbers in groups.values():
             if len(numbers) >= LEAST:
-                of_group = group([_parts(clips[number]) for number in numbers])
-                for number in numbers:
-                    values[number] = of_group
+                values[numbers[0]] = group([_parts(clips[number]) for number in numbers])
         return values
 
 

@@ -132,13 +132,13 @@ def extract(kind: str, seed: int) -> np.ndarray:
 
 
 def test_clips_of_a_pair_are_grouped_by_kind() -> None:
-    """Kinds of two clips have no value, nor have unknown ones."""
-    kinds = ("walk", "run", "walk", "", "sit", "walk", "run", "", "", "walk")
+    """Kinds of two clips have no value, nor have unknown ones; a group has one value, at its first clip."""
+    kinds = ("run", "walk", "walk", "", "sit", "walk", "run", "", "", "walk")
     extracts = [extract(kind, seed) for seed, kind in enumerate(kinds)]
     values = Sif().values(extracts)
-    assert [bool(each) for each in values] == [kind == "walk" for kind in kinds]
-    walks = [each for each, kind in zip(extracts, kinds, strict=True) if kind == "walk"]
-    alone = Sif().values(walks)
-    assert [each for each in values if each] == alone
-    assert all(each == alone[0] for each in alone)
-    assert 0.5 < alone[0]["sif"] <= 1.0  # the same rotations by a body of other lengths
+    assert [number for number, each in enumerate(values) if each] == [1]
+    (alone, *others) = Sif().values(
+        [each for each, kind in zip(extracts, kinds, strict=True) if kind == "walk"]
+    )
+    assert (values[1], others) == (alone, [{}, {}, {}])
+    assert 0.5 < alone["sif"] <= 1.0  # the same rotations by a body of other lengths
