@@ -3,10 +3,11 @@
     bench run ik pan reference other_clip -d 'puppets[size=kinds]' --metrics position,sif -o runs/sif
     python benchmarks/sif.py runs/sif
 
-Prints a table of every split, and the pairs of methods that SIF tells apart. On Mixamo, whose cases name no
-kind, words of the clips' names say it (``WORDS``); --root is where its files lie. Distances, and the draws of
-intervals and shuffle tests, are those of ``metrics/sif.py``; blocks are source bodies. Pairs of methods: the
-project's paired test over source bodies, for both numbers, adjusted for all pairs.
+Prints a table of every split, and the pairs of methods that SIF tells apart. On Mixamo, whose cases
+name no kind, words of the clips' names say it (``WORDS``); --root is where its files lie. Distances,
+and the draws of intervals and shuffle tests, are those of ``metrics/sif.py``; blocks are source bodies.
+Pairs of methods: the project's paired test over source bodies, for both numbers, adjusted for all
+pairs.
 """
 
 from __future__ import annotations
@@ -158,7 +159,7 @@ def table(split: Split) -> Iterator[str]:
         answers, cells = split.methods[label], []
         for mode, sources in split.sources.items():
             of = summary(list(zip(sources, answers.distances[mode], strict=True)), split.blocks)
-            cells += [f"{of.mean:.3f} [{of.low:.3f}, {of.high:.3f}]", f"{of.p:.4f}"]
+            cells += [f"{of.mean:.3f} [{of.low:.3f}, {of.high:.3f}]", f"{of.p:.2g}"]
         pairs = zip(split.sources["raw"], answers.distances["raw"], strict=True)
         cells.append(f"{np.median([own.mean() / source.mean() for source, own in pairs]):.2f}")
         yield f"| {label} | {' | '.join([*cells, _error(split, answers)])} |"
@@ -199,9 +200,13 @@ def apart(split: Split) -> Iterator[str]:
     counts = f"SIF tells {told['SIF'].sum()} apart and MPJPE {told['MPJPE'].sum()}"
     yield f"Of {len(pairs)} pairs of methods, {counts}; SIF alone: {only.sum()}."
     for k in np.flatnonzero(told["SIF"]):
-        shown = (f"{name} {of[k].mean():+.3f} (p {p[name][k]:.4f})" for name, of in differences.items())
+        shown = (f"{name} {of[k].mean():+.3f} ({_p(p[name][k])})" for name, of in differences.items())
         yield f"- {pairs[k][0]} minus {pairs[k][1]}: {', '.join(shown)}"
     yield ""
+
+
+def _p(p: float) -> str:
+    return "p < 0.0001" if p < 1e-4 else f"p {p:.2g}"
 
 
 def _value(sources: np.ndarray, answers: np.ndarray) -> float:
