@@ -25,7 +25,16 @@ from retarget_bench.analysis import statistics
 from retarget_bench.api import Case, CaseInfo, Context, Prediction
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError
-from retarget_bench.metrics.sif import LEAST, LENGTH, correlation, distances, parts, summary, to_length
+from retarget_bench.metrics.sif import (
+    LEAST,
+    LENGTH,
+    correlation,
+    distances,
+    order,
+    parts,
+    summary,
+    to_length,
+)
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import case_seed, find_results
@@ -105,8 +114,11 @@ def measured(stored: Sequence[StoredResults], root: str | None) -> Split:
     sources = Answers()
     methods = {label: Answers() for label in (*(each.label for each in stored), FLOOR)}
     for group in groups:
-        cases = [data.load(info) for info in group]
-        _add(sources, [parts(Comparison(case, _given(case)))[0] for case in cases])
+        loaded = [data.load(info) for info in group]
+        clips = [parts(Comparison(case, _given(case)))[0] for case in loaded]
+        places = order(clips)
+        cases = [loaded[place] for place in places]
+        _add(sources, [clips[place] for place in places])
         for each in stored:
             answers = [_answer(each, case) for case in cases]
             _add(

@@ -17,7 +17,7 @@ SOURCE = (
 GROUP = (
     "group: the answered clips of one kind by one pair of bodies, at least {least}; distance of clips "
     "i < j: mean over frames of the mean squared coordinate of what is left of j, each frame centred, when "
-    "i is turned and scaled onto it as well as may be (no mirroring); {frames}; at the group's first case"
+    "i is turned and scaled onto it as well as may be (no mirroring); {frames}; at the shortest clip"
 )
 RAW, FIXED = "of both clips their common first frames", "of each clip 64 frames, evenly, by lines between"
 LEAST, LENGTH = 3, 64
@@ -36,7 +36,7 @@ class Sif(PairMetric):
     and target body held fixed.
 
     1: answers differ as their sources do; 0: they do not depend on which source it was. The first case of a
-    group, by its id, has the group's values and the others have none, so that tests count a group once.
+    group (``order``) has the group's values and the others have none, so that tests count a group once.
     Cases whose kind is not known have none.
     """
 
@@ -101,7 +101,9 @@ class Sif(PairMetric):
         values: list[Mapping[str, float]] = [{} for _ in clips]
         for numbers in groups.values():
             if len(numbers) >= LEAST:
-                values[numbers[0]] = group([_parts(clips[number]) for number in numbers])
+                both = [_parts(clips[number]) for number in numbers]
+                places = order([source for source, _ in both])
+                values[numbers[places[0]]] = group([both[place] for place in places])
         return values
 
 
@@ -111,6 +113,14 @@ def parts(comparison: Comparison) -> tuple[np.ndarray, np.ndarray]:
     places = source.positions[:, structure_joints(source.character)]
     answer = comparison.predicted[:, comparison.joints]
     return places / source.character.height, answer / comparison.height
+
+
+def order(sources: Sequence[np.ndarray]) -> list[int]:
+    """Places of the clips of a group: the shortest first, among equals that of the least mean coordinate.
+    Distances depend on which of two clips comes first, and the order is to depend on sources alone."""
+    return sorted(
+        range(len(sources)), key=lambda place: (len(sources[place]), float(sources[place].mean()))
+    )
 
 
 def group(clips: Sequence[tuple[np.ndarray, np.ndarray]]) -> dict[str, float]:
