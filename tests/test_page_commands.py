@@ -32,7 +32,7 @@ PAGES = [
 ONLY_PARSED = {
     "data or weights that are not here": r"mixamo|lafan_dog|cmu|R2ET|PATH|\[weights=pan\]",
     "hours of training": r"^bench (train|ablate) (?!learned_pose|--resume -o \S+$)",
-    "hours of making data": r"size=(default|large)",
+    "hours of making data": r"size=(default|large|kinds)",
     "other machines, programs or environments": r"--executor|^bench work|docker|uv run|@|\./answer",
     "it would replace the golden rows of this package": r"^bench check --accept",
     "a placeholder": r"^bench (submit|score) DIR|\bFILE\b",

@@ -17,7 +17,7 @@ from retarget_bench.training.lazy_clips import LazyClips
 VERSION = "3"
 """Of the generator: moves when any motion or list does."""
 
-Size = Literal["tiny", "default", "large"]
+Size = Literal["tiny", "default", "large", "kinds"]
 Part = Literal["test", "validation"]
 Surface = Literal["bare", "clothed"]
 Manner = Literal["usual", "second"]

@@ -33,12 +33,13 @@ MOST_BODIES = 9999
 class Puppets(Dataset):
     """Exactly paired motion of generated bodies; that of size ``tiny`` comes with the package.
 
-    size: ``tiny`` (150 cases at most), ``default`` (106 test clips, about 2,000 cases) or ``large`` (tested
-    like default, with tens of hours to train on). part: the cases of ``test`` or of ``validation``, which
-    has no held-out body or kind and in every case a body that training goes without. seed: of the
-    performances and of drawn bodies. bodies: so many drawn training bodies beside the cast's, in no case.
-    between: ``structures``, or ``legs``: from people to dogs and back, without references. flesh: surface
-    of everybody, ``bare`` skin or ``clothed``; motion and joints do not depend on it.
+    size: ``tiny`` (150 cases at most), ``default`` (106 test clips, about 2,000 cases), ``large`` (tested
+    like default, with tens of hours to train on) or ``kinds`` (four clips of each kind by one pair of
+    bodies a split). part: the cases of ``test`` or of ``validation``, which has no held-out body or kind
+    and in every case a body that training goes without. seed: of the performances and of drawn bodies.
+    bodies: so many drawn training bodies beside the cast's, in no case. between: ``structures``, or
+    ``legs``: from people to dogs and back, without references. flesh: surface of everybody, ``bare`` skin
+    or ``clothed``; motion and joints do not depend on it.
     """
 
     card = DatasetCard(
@@ -50,7 +51,8 @@ class Puppets(Dataset):
         "use and kept in the cache folder",
         parameters={
             "size": "tiny (clips of 2-4 s, at most 150 cases), default (106 clips of 3-8 s and of 60 s, "
-            "about 2,000 cases) or large (the cases of default, tens of hours of training motion)",
+            "about 2,000 cases), large (the cases of default, tens of hours of training motion) or kinds "
+            "(four clips of each kind by one pair of bodies in each split; trained as tiny)",
             "part": "test, or validation: other clips without the bodies and kinds that only the test has, "
             "each from or to one of four bodies that training goes without",
             "seed": "another number gives another corpus of the same make; published numbers use 0",

@@ -90,14 +90,37 @@ def test_sizes_are_what_they_say() -> None:
     assert hours > 20
 
 
+@pytest.mark.parametrize("part", ["test", "validation"])
+def test_a_pair_does_four_clips_of_a_kind(part: str) -> None:
+    """Every kind but sequences, in each split by one pair of bodies; dogs are one structure: no cross."""
+    data = Puppets(size="kinds", part=part)
+    for family in families():
+        kinds = set(kinds_of(family, part)) - {family.sequence}
+        structures = {body.structure.name for body in family.bodies.values()}
+        for split in SPLITS:
+            cases = [info for info in data.cases("retarget", split) if info.kind in kinds]
+            groups: dict[str, list[CaseInfo]] = {}
+            for info in cases:
+                groups.setdefault(info.kind, []).append(info)
+            assert set(groups) == (set() if split == "cross" and len(structures) == 1 else kinds)
+            for group in groups.values():
+                assert len({info.clip for info in group}) == len(group) == 4
+                assert len({info.pair for info in group}) == 1
+                for info in group:
+                    assert not {info.source, info.target} & set(data.exclusions().get(info.clip, ()))
+    assert Puppets(size="kinds").training_manifest() == Puppets().training_manifest()
+
+
 def test_a_name_stands_for_one_clip() -> None:
-    """Between sizes and parts no name is used twice, save that large is tested on what default is."""
+    """Between sizes and parts no name is used twice, save that large is tested on what default is, and that
+    kinds has the training of tiny."""
     names: list[str] = []
-    for size in ("tiny", "default", "large"):
+    for size in ("tiny", "default", "large", "kinds"):
         data = Puppets(size=size)
         for part in data.parts().values():
             names += sorted({info.clip for info in every(part)}) if size != "large" else []
-        names += [name for cast in data.training().values() for c in cast.values() for name in c.names]
+        if size != "kinds":
+            names += [name for cast in data.training().values() for c in cast.values() for name in c.names]
     assert len(set(names)) == len(names)
 
 

@@ -23,6 +23,8 @@ METRICS = (
 )
 SET_METRICS = ("fid_structure", "fid")
 """Of sets of cases, tested in ``test_fid_*.py``."""
+GROUP_METRICS = ("sif",)
+"""Of groups of clips, tested in ``test_metric_sif.py``."""
 TASK_METRICS = ("restoration",)
 """Of derived tasks, tested in ``tests/tasks``."""
 MESH_METRICS = ("mesh_contact", "self_penetration", "vertex_error")

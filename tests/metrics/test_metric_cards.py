@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metric_cases import (
+    GROUP_METRICS,
     MESH_METRICS,
     METRICS,
     SET_METRICS,
@@ -56,10 +57,10 @@ def numbers(values: Mapping[str, float | Mapping[str, float]]) -> list[float]:
 
 def test_all_built_in_metrics_are_tested_here() -> None:
     built_in = {entry.name for entry in registry.names("metrics") if entry.origin == registry.BUILT_IN}
-    assert built_in == {*METRICS, *SET_METRICS, *TASK_METRICS, *MESH_METRICS}
+    assert built_in == {*METRICS, *SET_METRICS, *GROUP_METRICS, *TASK_METRICS, *MESH_METRICS}
 
 
-@pytest.mark.parametrize("name", [*METRICS, *SET_METRICS, *TASK_METRICS, *MESH_METRICS])
+@pytest.mark.parametrize("name", [*METRICS, *SET_METRICS, *GROUP_METRICS, *TASK_METRICS, *MESH_METRICS])
 def test_card(name: str) -> None:
     card = metric(name).card
     assert card.name == name

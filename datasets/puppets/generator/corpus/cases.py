@@ -12,7 +12,7 @@ done sitting or lying, else ``move`` or ``idle`` by the speed along the path.
 
 import hashlib
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from itertools import product
 
@@ -33,6 +33,8 @@ def cases(size: str, part: Part, seed: int, split: str) -> tuple[Chosen, ...]:
     """The cases of a split, clip by clip."""
     listed = clips(size, seed, part)
     offers = _offers(size, part, seed, split)
+    if SIZES[size].group:
+        return tuple(_grouped(offers, split))
     numbers = _numbers(list(offers), _most(size, part, seed)[split], offers)
     deal = _Deal(split)
     dealt: dict[Clip, list[tuple[str, str]]] = {clip: [] for clip in listed}
@@ -47,6 +49,21 @@ def cases(size: str, part: Part, seed: int, split: str) -> tuple[Chosen, ...]:
 def case_infos(size: str, part: Part, seed: int, split: str) -> tuple[CaseInfo, ...]:
     """The same, as the data set offers them."""
     return tuple(_info(*chosen, chosen[0].kind) for chosen in cases(size, part, seed, split))
+
+
+def _grouped(offers: Mapping[Clip, Sequence[tuple[str, str]]], split: str) -> Iterator[Chosen]:
+    """All clips of a kind by one pair of bodies that can do them all; kinds that no pair can do are left
+    out."""
+    deal = _Deal(split)
+    by_kind: dict[str, list[Clip]] = {}
+    for clip in offers:
+        by_kind.setdefault(clip.kind, []).append(clip)
+    for group in by_kind.values():
+        first, *others = group
+        able = [pair for pair in offers[first] if all(pair in offers[clip] for clip in others)]
+        if able:
+            pair = deal.best(first, able)
+            yield from ((clip, *pair) for clip in group)
 
 
 _AGAIN = 30
@@ -184,7 +201,7 @@ def performers(size: str, part: Part, seed: int) -> Mapping[Clip, Mapping[str, b
     return performed
 
 
-_NUMBERS = {"tiny": 26, "default": 390, "large": 390}
+_NUMBERS = {"tiny": 26, "default": 390, "large": 390, "kinds": 26}
 """Cases in each direction, at most."""
 _SITTING = ("sit", "get_up", "dog_sit", "dog_lie", "shake_paw")
 """Kinds whose performer sits or lies for most of the clip, on the floor or on a seat."""

@@ -34,6 +34,7 @@ LOCOMOTION: Mapping[str, tuple[str, ...]] = {
 
 _NUMBERS = {"tiny": {"train": 6, "test": 4}, "default": {"train": 40, "test": 15}}
 _NUMBERS["large"] = {"train": 400, "test": _NUMBERS["default"]["test"]}
+_NUMBERS["kinds"] = _NUMBERS["tiny"]
 """Matches of each locomotion for a pair of structures; ``large`` is tested as ``default`` is."""
 
 Pair = tuple[str, str]
