@@ -146,7 +146,7 @@ def folder(tmp_path_factory) -> Iterator[Path]:
     before, reader = Path.cwd(), tmp_path_factory.mktemp("reader")
     with without_processes(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(registry, "_FILES", {})
-        patch.setattr(live.Window, "run", lambda window: None)
+        patch.setattr(live.Window, "serve_forever", lambda window: None)
         patch.setenv("GITHUB_STEP_SUMMARY", str(reader / "summary.md"))
         os.chdir(reader)
         Path("results").symlink_to(ROOT / "results")
