@@ -28,10 +28,10 @@ from retarget_bench.errors import BenchError
 from retarget_bench.metrics.sif import (
     LEAST,
     LENGTH,
+    compared,
     correlation,
     distances,
     order,
-    parts,
     summary,
     to_length,
 )
@@ -115,7 +115,7 @@ def measured(stored: Sequence[StoredResults], root: str | None) -> Split:
     methods = {label: Answers() for label in (*(each.label for each in stored), FLOOR)}
     for group in groups:
         loaded = [data.load(info) for info in group]
-        clips = [parts(Comparison(case, _given(case)))[0] for case in loaded]
+        clips = [compared(Comparison(case, _given(case)))[0] for case in loaded]
         places = order(clips)
         cases = [loaded[place] for place in places]
         _add(sources, [clips[place] for place in places])
@@ -123,11 +123,11 @@ def measured(stored: Sequence[StoredResults], root: str | None) -> Split:
             answers = [_answer(each, case) for case in cases]
             _add(
                 methods[each.label],
-                [parts(Comparison(*both))[1] for both in zip(cases, answers, strict=True)],
+                [compared(Comparison(*both))[1] for both in zip(cases, answers, strict=True)],
             )
             methods[each.label].errors.append(float(np.mean([each.values(i.id)[MPJPE] for i in group])))
         floor = _shuffled(cases)
-        _add(methods[FLOOR], [parts(Comparison(*both))[1] for both in zip(cases, floor, strict=True)])
+        _add(methods[FLOOR], [compared(Comparison(*both))[1] for both in zip(cases, floor, strict=True)])
     return Split([group[0].source for group in groups], sources.distances, methods)
 
 

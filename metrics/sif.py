@@ -86,7 +86,7 @@ class Sif(PairMetric):
         case = comparison.case
         if not case.info.kind:
             return np.zeros((0, FACTS, 3))
-        source, answer = parts(comparison)
+        source, answer = compared(comparison)
         frames = min(len(source), len(answer))
         kind = [int(part, 16) for part in _chunks(digest(case.info.kind, 12))]
         facts = np.broadcast_to([kind, [source.shape[1], 0, 0]], (frames, FACTS, 3))
@@ -107,7 +107,7 @@ class Sif(PairMetric):
         return values
 
 
-def parts(comparison: Comparison) -> tuple[np.ndarray, np.ndarray]:
+def compared(comparison: Comparison) -> tuple[np.ndarray, np.ndarray]:
     """What is compared of source and answer: ``(frames, joints, 3)`` in heights of either body."""
     source = comparison.case.source
     places = source.positions[:, structure_joints(source.character)]

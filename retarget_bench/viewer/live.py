@@ -48,7 +48,7 @@ class Window(ThreadingHTTPServer):
     def check(self) -> None:
         """The scene of files, which the page asks for first. Raises BenchError where they have none."""
         if self.case_list.files:
-            self._scene("", self.case_list.state())
+            self._scene("", self.case_list.state_of(""))
 
     @property
     def url(self) -> str:
@@ -57,18 +57,20 @@ class Window(ThreadingHTTPServer):
     def answer(self, path: str, query: dict[str, str]) -> Any:
         """What the page asks for, for ``json.dumps``; None: there is no such thing. Raises BenchError."""
         with self._working:
-            case, state, listed = query.get("case", ""), self.case_list.state(), self.case_list
+            listed, case = self.case_list, query.get("case", "")
             if path == "/state":
-                return state
+                return listed.state()
             if path == "/cases":
-                cases = {each: listed.state_of(each) for each in listed.refresh()}
+                state, cases = listed.state(), {each: listed.state_of(each) for each in listed.refresh()}
                 return {"cases": cases, "first": self._first, "problem": listed.problem, "state": state}
+            if path not in ("/scene", "/inside"):
+                return None
+            scene = self._scene(case, listed.state_of(case))
             if path == "/scene":
-                return packing.packed(self._scene(case, state), LIVE)
-            if path == "/inside":
-                figure = self._scene(case, state).figures[int(query["figure"])]
-                return packing.inside_at(figure, int(query["frame"]), LIVE)
-            return None
+                return packing.packed(scene, LIVE)
+            figure, frame = _number(query, "figure"), _number(query, "frame")
+            there = 0 <= figure < len(scene.figures) and 0 <= frame < scene.frames
+            return packing.inside_at(scene.figures[figure], frame, LIVE) if there else None
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A page that went away in the middle is no error of anybody's."""
@@ -94,15 +96,17 @@ class _Asked(BaseHTTPRequestHandler):
             return
         try:
             asked = urlsplit(self.path)
-            if asked.path == "/":
-                self._send(HTTPStatus.OK, player.live_page(), "text/html")
-                return
             query = {key: values[-1] for key, values in parse_qs(asked.query).items()}
+        except ValueError:
+            self._send(HTTPStatus.BAD_REQUEST, "no address")
+            return
+        if asked.path == "/":
+            self._send(HTTPStatus.OK, player.live_page(), "text/html")
+            return
+        try:
             found = self.server.answer(asked.path, query)
         except BenchError as error:
             self._send(HTTPStatus.CONFLICT, str(error))
-        except (KeyError, IndexError, ValueError):
-            self._send(HTTPStatus.BAD_REQUEST, "no such address, figure or frame")
         else:
             known = found is not None
             status = HTTPStatus.OK if known else HTTPStatus.NOT_FOUND
@@ -120,6 +124,12 @@ class _Asked(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Nothing: the terminal is for what people asked."""
+
+
+def _number(query: dict[str, str], name: str) -> int:
+    """A whole number that is asked for; -1 where none is."""
+    text = query.get(name, "")
+    return int(text) if text.isdecimal() and len(text) < 10 else -1
 
 
 def foreign(headers: Any, hosts: list[str]) -> str:

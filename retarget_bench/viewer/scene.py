@@ -73,16 +73,9 @@ class Figure:
         """``(V,)`` bool: vertices of the mesh that are inside the body at a frame, of a testable figure.
 
         These are the vertices that the metric ``self_penetration`` counts (forearms, hands, shanks and feet
-        in the rest of the body) but for those that are inside in the reference pose already. They are
-        computed for the frames that are asked for, and kept.
+        in the rest of the body) but for those that are inside in the reference pose already.
         """
-        if frame not in self._inside:
-            self._inside[frame] = inside_mask(self.character, self.skin_at(slice(frame, frame + 1)))[0]
-        return self._inside[frame]
-
-    @cached_property
-    def _inside(self) -> dict[int, np.ndarray]:
-        return {}
+        return np.asarray(inside_mask(self.character, self.skin_at(slice(frame, frame + 1)))[0])
 
     @property
     def parents(self) -> np.ndarray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from retarget_bench.analysis.summary import Mean
 from retarget_bench.errors import BenchError
 
-ARROWS = ("above", "below")
+BEYOND = ("above", "below")
 """Groups of the marks that lie beyond an axis."""
 
 
@@ -84,7 +84,7 @@ class Series:
         """All marks by how they are drawn: ``marks``, ``extra``, and ``above`` or ``below`` the axis."""
         inside: Callable[[Mark], bool] = lambda mark: not axis.beyond(mark.mean.value)  # noqa: E731
         groups = {"marks": tuple(filter(inside, self.marks)), "extra": tuple(filter(inside, self.extra))}
-        for way in ARROWS:
+        for way in BEYOND:
             every = (*self.marks, *self.extra)
             groups[way] = tuple(mark for mark in every if axis.beyond(mark.mean.value) == way)
         return {name: marks for name, marks in groups.items() if marks}

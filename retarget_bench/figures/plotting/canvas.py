@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from retarget_bench.errors import BenchError
 from retarget_bench.figures import palette
-from retarget_bench.figures.data.model import ARROWS, Chart
+from retarget_bench.figures.data.model import BEYOND, Chart
 from retarget_bench.files import atomic
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def notes(charts: Sequence[Chart]) -> list[str]:
     needed = {
         "whiskers: 95 %": any(mark.mean.interval is not None for _, each in shown for mark in each.marks),
         "hollow: not ranked": any(each.unranked for _, each in shown),
-        "arrowheads: off the scale": any(each.groups(axis).keys() & {*ARROWS} for axis, each in shown),
+        "arrowheads: off the scale": any(each.groups(axis).keys() & {*BEYOND} for axis, each in shown),
     }
     return [note for note, is_needed in needed.items() if is_needed]
 

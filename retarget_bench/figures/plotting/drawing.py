@@ -16,7 +16,7 @@ import numpy as np
 
 from retarget_bench.figures import palette
 from retarget_bench.figures.data import values
-from retarget_bench.figures.data.model import ARROWS, Axis, Chart, Figure, Mark, Series, SkeletonChart
+from retarget_bench.figures.data.model import BEYOND, Axis, Chart, Figure, Mark, Series, SkeletonChart
 from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.figures.plotting import canvas
 
@@ -123,7 +123,7 @@ def _series(axes: Any, chart: Chart, series: Series, style: MethodStyle, number:
         look = _look(series, style, SIZES[group]) | {"linestyle": "none", "clip_on": False, "zorder": 3}
         if series.box is not None:
             look |= {"marker": "o", "markersize": DOT, "alpha": 0.7}
-        if group in ARROWS:
+        if group in BEYOND:
             look |= {"marker": ARROWHEADS[chart.rows, group], "markersize": SIZES[group]}
         numbers = np.clip([mark.mean.value for mark in marks], chart.value.low, chart.value.high).tolist()
         draw(group, [mark.at for mark in marks], numbers, **look)

@@ -41,8 +41,15 @@ async function show(id) {
     });
     say("");
   } catch (error) {
-    say(String(error.message || error));
+    if (shown === id) failed(error);
   }
+}
+
+/* Nothing is drawn beside a sentence that says why. */
+function failed(error) {
+  if (player) player.destroy();
+  player = null;
+  say(error instanceof TypeError ? STOPPED : String(error.message)); // no answer at all, or a refusal
 }
 
 /* Lists the cases that there are now, and shows one anew only if it is another, or has changed. */
@@ -53,13 +60,13 @@ async function list() {
   box.replaceChildren(...ids.map((id) => new Option(id, id)));
   box.parentElement.hidden = ids.length < 2;
   if (!ids.length) {
-    if (player) player.destroy();
-    player = null;
-    return say(told.problem || (shown === null ? "Waiting for the first case…" : "These results are not there any more."));
+    const why = shown === null ? "Waiting for the first case…" : "These results are not there any more.";
+    return failed(new Error(told.problem || why));
   }
   const id = [shown, named(), told.first, ids[0]].find((each) => ids.includes(each));
   box.value = id;
   if (id !== shown || cases[id] !== known || !player) await show(id);
+  else say("");
   if (told.problem) say(told.problem);
 }
 
@@ -67,10 +74,9 @@ async function look() {
   if (document.hidden) return;
   try {
     const now = await asked("/state");
-    if (at("words").textContent === STOPPED) say("");
-    if (now !== state) await list();
+    if (now !== state || at("words").textContent === STOPPED) await list();
   } catch (error) {
-    say(error instanceof TypeError ? STOPPED : String(error.message)); // no answer at all, or a refusal
+    say(error instanceof TypeError ? STOPPED : String(error.message)); // what is drawn is still what it was
   }
 }
 
