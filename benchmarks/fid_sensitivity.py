@@ -1,13 +1,11 @@
-"""Sensitivity of the shipped feature networks: FID, KID, coverage and density of degraded motion.
+"""What FID notices: FID and its kin of real motion that was made worse in known ways, over the floor.
 
-Either half of the performances against real motion of the other half, averaged, per structure. As many
-windows as FID asks for need some 160 performances. With ``--people``: FID of people, of the references of
-the main job's splits or, with ``--takes FOLDER``, of the motion of a folder of BVH files.
-Run: ``python benchmarks/fid_sensitivity.py [--performances N] [--structure NAME]``, or with
-``--people [--takes FOLDER]``.
+    python benchmarks/fid_sensitivity.py --takes FOLDER --takes FOLDER --mixamo DIR      FID of people
+    python benchmarks/fid_sensitivity.py --structure body22 --structure dog21            values by structure
+
+Prints a table in Markdown. Without --structure: people of the main job's cross split, of the Mixamo
+clips and of folders of BVH files.
 """
-
-from __future__ import annotations
 
 import argparse
 import sys
@@ -17,63 +15,70 @@ from pathlib import Path
 from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "metrics"))
-from corruptions import HARMS, MORE_HARMS, Crowd, Study, mirror, people_in, reverse, seen
+from corruptions import HARMS, Crowd, people_in, seen, structure_in
 
-from retarget_bench.metrics.fid_structure import SHIPPED
 from retarget_bench.plugins import registry
 
-ALL = {**HARMS, "time reversed": (reverse, (1.0,)), "mirrored": (mirror, (1.0,))}
+STRUCTURE_VALUES = ("fid.structure", "kid", "coverage", "density")
 
 
 def main() -> None:
     """Print a table in Markdown."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--performances", type=int, default=160)
-    parser.add_argument("--structure", action="append", help="may be repeated; all by default")
-    parser.add_argument("--people", action="store_true", help="FID of people instead")
-    parser.add_argument("--takes", type=Path, help="with --people: a folder of BVH files")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--takes", type=Path, action="append", default=[], help="a folder of BVH files")
+    parser.add_argument("--mixamo", help="folder of the Mixamo clips")
+    parser.add_argument("--structure", action="append", help="of puppets[size=default]")
+    parser.add_argument("--performances", type=int, default=160, help="of a structure, at most")
     options = parser.parse_args()
-    if options.people:
-        people(options.takes)
-        return
+    if options.structure:
+        by_structure(options.structure, options.performances)
+    else:
+        people(dict(_crowds(options.takes, options.mixamo)))
+
+
+def people(crowds: dict[str, Crowd]) -> None:
+    """FID by harm, a column for each set of motions, as multiples of the floor."""
+    print("| harm |", *(f"{title} |" for title in crowds))
+    print("|---|", *("---|" for _ in crowds))
+    print("| windows in each half |", *(f"{crowd.sets().n} |" for crowd in crowds.values()))
+    print("| floor |", *(f"{crowd.notice():.2f} |" for crowd in crowds.values()))
+    for name, (harm, amounts) in tqdm(HARMS.items(), leave=False, disable=None):
+        cells = []
+        for crowd in crowds.values():
+            pairs = [crowd.times(harm, amount) for amount in amounts]
+            cells.append(", ".join(f"{harmed / floor:.2f}" for harmed, floor in pairs))
+        text = "" if len(amounts) == 1 and amounts[0] == 1 else ": " + ", ".join(f"{x:g}" for x in amounts)
+        print(f"| {name}{text} |", *(f"{cell} |" for cell in cells), flush=True)
+
+
+def by_structure(structures: list[str], performances: int) -> None:
+    """All values by structure, harm and amount."""
     puppets = registry.create("datasets", "puppets[size=default]")
-    print("| structure | harm | amount | n | FID | KID | coverage | density |")
-    print("|---|---|---|---|---|---|---|---|")
-    for structure in options.structure or sorted(path.stem for path in SHIPPED.glob("*.json")):
-        study = Study(puppets, structure, options.performances)
+    print("| structure | harm | amount | n |", *(f"{value} |" for value in STRUCTURE_VALUES))
+    print("|---|---|---|---|", *("---|" for _ in STRUCTURE_VALUES))
+    for structure in structures:
+        crowd = structure_in(puppets, structure, performances)
         rows = [("none: the floor", None, 0.0)]
-        rows += [(name, harm, amount) for name, (harm, amounts) in ALL.items() for amount in amounts]
+        rows += [(name, harm, amount) for name, (harm, amounts) in HARMS.items() for amount in amounts]
         for name, harm, amount in tqdm(rows, desc=structure, leave=False, disable=None):
-            effect = study.notice(harm, amount)
+            numbers = [crowd.notice(harm, amount, value) for value in STRUCTURE_VALUES]
+            n = crowd.sets(harm, amount).n
             print(
-                f"| {structure} | {name} | {amount:g} | {effect.n} | {effect.fid:.1f} | "
-                f"{effect.kid:.3f} | {effect.coverage:.3f} | {effect.density:.2f} |",
-                flush=True,
+                f"| {structure} | {name} | {amount:g} | {n} |", *(f"{x:.3f} |" for x in numbers), flush=True
             )
 
 
-def people(takes: Path | None) -> None:
-    """Print a table of FID of people in Markdown."""
-    print("| motion | harm | amount | n | FID |")
-    print("|---|---|---|---|---|")
-    for title, crowd in [(takes.name, people_in(takes))] if takes else _of_the_main_job():
-        rows = [("none: the floor", None, 0.0)]
-        more = {**ALL, **MORE_HARMS}
-        rows += [(name, harm, amount) for name, (harm, amounts) in more.items() for amount in amounts]
-        for name, harm, amount in rows:
-            number = crowd.notice(harm, amount)
-            print(f"| {title} | {name} | {amount:g} | {crowd.sets().n} | {number:.2f} |", flush=True)
-        crowd.stretches = None
-        print(f"| {title} | none, halves of whole clips | 0 | {crowd.sets().n} | {crowd.notice():.2f} |")
-
-
-def _of_the_main_job() -> Iterator[tuple[str, Crowd]]:
-    puppets = registry.create("datasets", "puppets[size=tiny]")
-    cast = puppets.characters()
-    for split in ("intra", "cross"):
-        infos = puppets.cases("retarget", split)
-        by_clip = {info.clip: info for info in infos if not cast[info.target].four_legged}
-        yield split, Crowd({clip: seen(puppets.load(info).reference) for clip, info in by_clip.items()})
+def _crowds(takes: list[Path], mixamo: str | None) -> Iterator[tuple[str, Crowd]]:
+    specs = {"main job": "puppets[size=tiny]"} | ({"Mixamo": f"mixamo[root={mixamo}]"} if mixamo else {})
+    for title, spec in specs.items():
+        data = registry.create("datasets", spec)
+        cast = data.characters()
+        infos = {
+            info.clip: info for info in data.cases("retarget", "cross") if not cast[info.target].four_legged
+        }
+        yield title, Crowd({(clip, ""): seen(data.load(info).reference) for clip, info in infos.items()})
+    for folder in takes:
+        yield folder.name, people_in(folder)
 
 
 if __name__ == "__main__":

@@ -242,7 +242,7 @@ def _of_sets(
     for first in (each for each in one if each.value_id == key):
         which = first.structure, first.kind
         second = of_set(two, key, which)
-        if second is None or (first.real, first.network) != (second.real, second.network):
+        if second is None or first.real != second.real:
             continue
         if first.tenths is None or second.tenths is None:
             continue

@@ -321,19 +321,17 @@ def of_set(values: Iterable[SetValue], key: str, which: tuple[str, str] = PEOPLE
 
 
 def usual_value(scores: Iterable[MethodSummary], key: str, which: tuple[str, str] = PEOPLE_SET) -> SetValue:
-    """A value of the newest network over the real windows that most methods were compared with.
+    """A value over the real windows that most methods were compared with.
 
     which: target structure and kind. Methods that lack a case have other windows. An empty value where no
     method has any.
     """
-    newest_last = sorted(scores, key=lambda score: score.header.date)
-    candidates = [of_set(score.sets, key, which) for score in newest_last]
+    candidates = [of_set(score.sets, key, which) for score in scores]
     values = [each for each in candidates if each is not None and each.value is not None]
     if not values:
         return SetValue(key, which[0], 0, 0, kind=which[1])
-    fresh = [each for each in values if each.network == values[-1].network]
-    real = Counter(each.real for each in fresh).most_common(1)[0][0]
-    return next(each for each in fresh if each.real == real)
+    real = Counter(each.real for each in values).most_common(1)[0][0]
+    return next(each for each in values if each.real == real)
 
 
 def _set_ranking(scores: Sequence[MethodSummary], key: str, declared: DeclaredValue) -> Ranking | None:
@@ -341,10 +339,6 @@ def _set_ranking(scores: Sequence[MethodSummary], key: str, declared: DeclaredVa
     usual = usual_value(scores, key)
     values = {score.label: of_set(score.sets, key) for score in scores if not score.unranked}
     return set_ranking(
-        {
-            label: value
-            for label, value in values.items()
-            if value is not None and (value.real, value.network) == (usual.real, usual.network)
-        },
+        {label: value for label, value in values.items() if value is not None and value.real == usual.real},
         declared,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -13,7 +13,6 @@ import numpy as np
 from retarget_bench.api.cases import TASKS, Case
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.api.completing import texts, whole
-from retarget_bench.motion.character import Character
 
 Direction = Literal["lower", "higher", "target", "none"]
 LARGEST_OF = {"% of frames": 100.0, "% of clips": 100.0, "degrees": 180.0}
@@ -215,7 +214,8 @@ class Stretches:
     """Halves of a set that are made of stretches of every clip by turns, instead of whole clips.
 
     overlap: by how many windows two of them have to be apart to share no frame. length: windows
-             in a stretch, about; a clip has at least two stretches, and windows across two are left out.
+             in a stretch, about. A clip has an odd number of them, three at least, so that it and its
+             reverse are in the same halves; windows across two are left out.
     """
 
     overlap: int
@@ -229,19 +229,18 @@ class SetMetric(ABC):
     card: MetricCard
     stretches: Stretches | None = None
     """How a set is halved; None: clip by clip."""
+    unbiased: Collection[str] = ()
+    """Ids of values that are 0 on average for real motion. They are withheld where the interval of their
+    floor does not hold 0: there, what lies below the floor would mean nothing."""
 
     def set_of(self, case: Case) -> str:
         """The name of the set, within its split, that a case belongs to; "" where it is in none."""
         return case.target.structure
 
     @abstractmethod
-    def network(self, target: Character) -> str:
-        """The hash of what makes the features of this body's structure: part of the key of results.
-        Raises NotSupported with the reason where there is none."""
-
-    @abstractmethod
     def features(self, comparison: Comparison) -> CaseFeatures:
-        """The features of a case; no windows where the clip is too short."""
+        """The features of a case; no windows where the clip is too short. Raises NotSupported with the
+        reason where a body has none."""
 
     @abstractmethod
     def least(self, value_id: str) -> int:

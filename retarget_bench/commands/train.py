@@ -7,7 +7,7 @@ import shlex
 import time
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,8 +62,7 @@ def command(method: str | None, options: Options) -> int:
     """Train METHOD on the training motion of data sets, and keep the weights that validate best.
 
     The folder gets run.json, a checkpoint about every minute, log.csv, loss.png, and the weights with their
-    card. --resume continues an interrupted or killed run with the same result. Of a metric such as
-    fid[structure=NAME] its feature networks are trained, of all structures of one data set or of those.
+    card. --resume continues an interrupted or killed run with the same result.
 
     \b
     bench train nkn -d 'puppets[size=default]' --budget 2h
@@ -77,9 +76,6 @@ def command(method: str | None, options: Options) -> int:
     if method is None and not options.resume:
         raise BenchError("say which METHOD to train, or --resume -o DIR to go on with a run")
     spec = named.parse(method) if method else None
-    if spec is not None and _is_metric_of_sets(spec.name):
-        _train_feature_networks(spec, named.dataset(_one(options), options.root), options)
-        return 0
     from retarget_bench.training import parallel
     from retarget_bench.training.train import TrainingOptions, folder_of, train
 
@@ -98,12 +94,6 @@ def command(method: str | None, options: Options) -> int:
     if os.environ.get("RANK", "0") == "0":  # the first process, see training/parallel.py
         echo(_ending(run, folder_of(training)))
     return 0
-
-
-def _is_metric_of_sets(name: str) -> bool:
-    """True for a metric with feature networks, unless a method has its name, as ``nkn`` does."""
-    methods, metrics = ({each.name for each in registry.names(kind)} for kind in ("methods", "metrics"))
-    return name not in methods and name in metrics and bool(bound.metrics((name,)).of_sets)
 
 
 def _one(options: Options) -> str:
@@ -132,61 +122,6 @@ def _prepare(options: Options) -> int:
         echo(f"left out: {len(unusable)} clips: {some(unusable, 10)}")
     echo(f"{spec}: {total} bodies and groups of pairs are in {cache_folder()}")
     return 0
-
-
-def _train_feature_networks(metric: Spec, spec: Spec, options: Options) -> None:
-    """Train the feature network of every structure of a data set on its training motion, and the one of all
-    bodies on two legs.
-
-    Each is an autoencoder of 64-frame windows, written as half-precision weights and a card that says what
-    it was trained on and how. The card's hash stands beside every FID. Test clips are never used.
-    metric: its ``structure`` is the only one to train for. Raises BenchError.
-    """
-    from tqdm import tqdm
-
-    from retarget_bench.api import TWO_LEGS
-    from retarget_bench.training.config import Budget
-    from retarget_bench.training.features import data as features
-    from retarget_bench.training.features import network
-    from retarget_bench.training.features.train import CONFIG_OF_TWO_LEGS, FeatureTrainingConfig, train
-
-    if unknown := sorted(set(metric.parameters) - {"structure"}):
-        raise BenchError(f"{metric}: networks are trained by structure, not by {unknown[0]}")
-    steps = Budget.parse(options.budget).steps if options.budget else None
-    if steps == 0:
-        raise BenchError(
-            f"a budget of {options.budget} is one of time; networks are trained by steps: 20000it"
-        )
-    data, folder = bound.dataset(spec).built, options.out or network.own_folder()
-    for source in features.sources(data, [str(each) for each in metric.parameters.values()]):
-        config = CONFIG_OF_TWO_LEGS if source.structure == TWO_LEGS else FeatureTrainingConfig()
-        config = replace(config, seed=options.seed or 0, steps=config.steps if steps is None else steps)
-        with progress_bar(f"motion for {source.structure}", "bodies") as progress:
-            clips = features.gather(spec, source, options.jobs, progress)
-        facts = {
-            "dataset": str(spec),
-            "content": data.content,
-            "trained_on": source.lender,
-            "joints": list(source.joints),
-            "characters": list(features.performers(data, source)),
-        }
-        if source.borrowed:
-            facts["note"] = (
-                f"no motion of structure {source.structure} was used; its joints are those of "
-                f"{source.lender} that lie nearest in the reference pose"
-            )
-        with tqdm(total=config.steps, desc=source.structure, unit="step", leave=False, disable=None) as bar:
-
-            def show(step: int, loss: float, bar: Any = bar) -> None:
-                bar.update(step - bar.n)
-                bar.set_postfix_str(f"loss {loss:.3f}", refresh=False)
-
-            card = train(source, clips, facts, folder, config, show).card
-        last, lent = card.loss[-1], f" (motion of {card.trained_on})" if source.borrowed else ""
-        echo(
-            f"{card.structure}{lent}: {card.windows} windows, loss {last['train']:g}, validation "
-            f"{last['validation']:g}, {card.seconds:g} s, {card.hash} in {folder}"
-        )
 
 
 def _data(datasets: Sequence[str], root: str | None) -> Spec | None:

@@ -9,19 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from retarget_bench import defaults
-from retarget_bench.api import CaseInfo, Dataset, SetMetric
+from retarget_bench.api import CaseInfo, Dataset
 from retarget_bench.api.datasets import chosen_splits
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import clips
-from retarget_bench.evaluation.attempt import attempt
 from retarget_bench.evaluation.batches import RULE, batches
 from retarget_bench.evaluation.cases import listed
 from retarget_bench.evaluation.prediction import environments
-from retarget_bench.evaluation.score import BASE
 from retarget_bench.evaluation.settings import Settings, Stage
 from retarget_bench.evaluation.tasks import RETARGET, derive
 from retarget_bench.files import facts_digest
-from retarget_bench.motion.character import Character
 from retarget_bench.plugins import assets, bound, registry
 from retarget_bench.plugins.bound import BoundDataset, BoundMethod, BoundMetrics
 from retarget_bench.plugins.code_hash import folder_hash
@@ -166,22 +163,8 @@ class EvaluationUnit:
     @cached_property
     def keys(self) -> dict[str, str]:
         prediction = facts_digest(self.prediction_facts)
-        facts: dict[str, Any] = {"prediction": prediction, "metrics": self.metrics.versions}
-        if self.networks:
-            facts["networks"] = self.networks
+        facts = {"prediction": prediction, "metrics": self.metrics.versions}
         return {"prediction_key": prediction, "score_key": facts_digest(facts)}
-
-    @cached_property
-    def networks(self) -> dict[str, dict[str, str]]:
-        """Set metric -> target structure -> hash of what makes its features."""
-        if not self.metrics.of_sets:
-            return {}
-        cast = self.data.characters()
-        targets = {cast[name].structure: cast[name] for name in {info.target for info in self.infos}}
-        return {
-            each.card.name: {name: _network(each, body) for name, body in sorted(targets.items())}
-            for each in self.metrics.of_sets
-        }
 
 
 def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
@@ -238,13 +221,6 @@ def placed(spec: Spec | str) -> BoundMethod:
             "package"
         )
     return bound.method(replace(method.spec, environment=environment))
-
-
-def _network(metric: SetMetric, target: Character) -> str:
-    try:
-        return attempt(lambda: str(metric.network(target)), BASE, f"network of {metric.card.name}")
-    except BenchError:  # each case will be told
-        return ""
 
 
 def forget() -> None:

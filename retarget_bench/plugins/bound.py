@@ -22,7 +22,7 @@ from retarget_bench.plugins.code_hash import code_hash, folder_hash, package_cod
 from retarget_bench.plugins.parameters import class_card
 from retarget_bench.plugins.spec import Spec
 
-LAYERS, FEATURES = "training.layers", "training.features"
+LAYERS = "training.layers"
 """Packages that plug-ins share: layers of learned methods, networks for features of set metrics."""
 SETS, PAIRS = "evaluation.set_metrics", "evaluation.pairs"
 """What evaluates metrics of sets and of pairs of bodies."""
@@ -181,17 +181,18 @@ class BoundMetrics:
 
     @cached_property
     def versions(self) -> dict[str, str]:
-        """Metric name -> ``version+code``; the engine's comparison counts as code of each, the evaluation
-        of sets and pairs as code of their metrics, and what a metric reaches of the feature networks."""
+        """Metric name -> ``version+code``, and a hash of its parameters. The engine's comparison counts as
+        code of each, and the evaluation of sets and pairs as code of their metrics."""
         versions = {}
         for name, metric in zip(self.names, self.built, strict=True):
-            files = reached(registry.code_files("metrics", Spec.parse(name).name), FEATURES)
-            files |= package_code("api.comparison")
+            files = registry.code_files("metrics", Spec.parse(name).name) | package_code("api.comparison")
             if isinstance(metric, SetMetric):
                 files |= package_code(SETS)
             if isinstance(metric, PairMetric):
                 files |= package_code(PAIRS)
-            versions[metric.card.name] = f"{metric.card.version}+{code_hash(files)}"
+            parameters = Spec.parse(name).parameters
+            chosen = f" {facts_digest(parameters)[:8]}" if parameters else ""
+            versions[metric.card.name] = f"{metric.card.version}+{code_hash(files)}{chosen}"
         return versions
 
 

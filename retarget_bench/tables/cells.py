@@ -153,10 +153,6 @@ class CellBuilder:
             return self.footnotes.missing(fault or "no answer on a body of this structure")
         if value.value is None:
             return self.footnotes.missing(value.reason)
-        if value.network != usual.network:
-            return self.footnotes.missing(
-                "computed with another feature network than the newest results", OTHER_VERSION
-            )
         reasons = [f"of the first of its {seeds} seeds"] if (seeds := len(score.header.seeds)) > 1 else []
         if value.real != usual.real:
             floor = "unknown" if value.floor is None else self.shown(value.floor, key)

@@ -29,7 +29,7 @@ def compared(golden_facts, part):
 
 SMOOTHNESS, SPEED = "retarget_bench.metrics.smoothness", "retarget_bench.metrics.joint_speed"
 SLIDE, CONTACT_METRIC = "retarget_bench.api.comparison", "retarget_bench.metrics.contact"
-FID, CONTACT = "retarget_bench.metrics.fid_structure.frechet", "retarget_bench.motion.contact"
+FID, CONTACT = "retarget_bench.metrics.fid.frechet", "retarget_bench.motion.contact"
 GROUND, RECORDING = "retarget_bench.motion.ground", "retarget_bench.motion.bvh.recording"
 DOCUMENT, CHECK = "retarget_bench.motion.bvh.document", "retarget_bench.plugins.prediction_check"
 STORE, RANKING = "retarget_bench.results.store", "retarget_bench.analysis.ranking"

@@ -166,16 +166,11 @@ class Width:
     """A metric of sets: windows of ten frames, whose features are how wide and high hands are."""
 
     card = MetricCard("width", "toy", "1", (Value("width", "w", "m", "m", "lower", "f", "s"),))
-    hash = "network 1"
     bias = 0.0
 
-    def network(self, target):
-        if target.structure == "dog21":
-            raise NotSupported("no network for dogs")
-        return self.hash
-
     def features(self, comparison):
-        self.network(comparison.target)
+        if comparison.target.structure == "dog21":
+            raise NotSupported("no features of dogs")
         sides = [
             (p[: len(p) // 10 * 10].reshape(-1, 10, *p.shape[1:]).mean(axis=1)).std(axis=1) + self.bias
             for p in (comparison.predicted, comparison.expected)
@@ -206,9 +201,6 @@ def test_metrics_of_sets_are_guarded_by_clouds_and_by_features_of_frozen_motions
     assert moved() == set()
     metric.bias = 1e-2
     assert moved() == {(Status.MOVED, "width.features")}
-    metric.hash = "network 2"
-    structures = {name.rpartition("/")[2] for name in under(before, "network/width")}
-    assert moved() == {(Status.INCOMPARABLE, f"network width/{each}") for each in structures}
 
 
 def test_rounding_of_another_processor_is_not_seen(golden_facts, monkeypatch):

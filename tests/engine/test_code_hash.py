@@ -289,16 +289,12 @@ def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own,
 
 
 DRAWN = bound.SETS, "draw.py", "MOST = 1200"
-WINDOWED = bound.FEATURES, "windows.py", "HOP = 8"
 
 
 @pytest.mark.parametrize("name", ["fid_structure", "position"])
-@pytest.mark.parametrize("where", [DRAWN, WINDOWED])
-def test_the_drawing_of_sets_and_the_feature_networks_count_for_set_metrics(
-    tmp_path, monkeypatch, name, where
-):
+def test_the_drawing_of_sets_counts_for_set_metrics(tmp_path, monkeypatch, name):
     """With another constant stored values of sets are outdated, with another comment they are not."""
-    package, file, constant = where
+    package, file, constant = DRAWN
     copy = tmp_path / file
     (original,) = (path for path in package_code(package) if path.name == file)
     text = original.read_text(encoding="utf-8")

@@ -170,7 +170,7 @@ def test_a_chart_of_a_value_of_sets_is_refused_by_a_sentence(tmp_path):
         ("contact recall", ("contact",)),
         ("contact_recall.speed", ("contact_speed",)),
         ("FID", ("fid",)),
-        ("fid_structure[networks=x]", ("fid_structure[networks=x]",)),
+        ("fid_structure[x=1]", ("fid_structure[x=1]",)),
         ("nothing", ("nothing",)),
     ],
 )

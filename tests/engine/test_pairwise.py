@@ -279,7 +279,7 @@ def of_sets(root, tenths, **changes):
     fid = VALUES["mpjpe_h.world"] | {"label": "FID", "tolerance": 1e-2, "metric": "fid"}
     for name, without in tenths.items():
         place = store(root, "intra", name, numbers({"mpjpe_h.world": np.full(2 * CLIPS, 1.0)}))
-        value = SetValue("fid", TWO_LEGS, 90, CLIPS, float(without.mean()), real="r", network="n")
+        value = SetValue("fid", TWO_LEGS, 90, CLIPS, float(without.mean()), real="r")
         one_body = replace(value, value_id="kid", structure="body22", without=tuple(without))
         set_metrics.write(
             place, [replace(value, **({"without": tuple(without)} | changes.get(name, {}))), one_body]
@@ -313,7 +313,7 @@ def test_values_of_sets_are_compared_by_the_paired_jackknife(tmp_path):
     assert "by the paired jackknife" in " ".join(pairwise_text.text([comparison]).split())
 
 
-@pytest.mark.parametrize("other", [{"real": "x"}, {"network": "x"}, {"without": ()}])
+@pytest.mark.parametrize("other", [{"real": "x"}, {"without": ()}])
 def test_values_of_other_sets_are_not_compared(tmp_path, other):
     tenths = {name: np.arange(10.0) for name in ("one", "two")}
     matrix = of_sets(tmp_path, tenths, two=other)

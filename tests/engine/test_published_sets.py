@@ -36,7 +36,6 @@ def value(structure: str, number: float | None, kind: str = "", **changes) -> Se
         "clips": 30,
         "floor": 5.0,
         "real": "r",
-        "network": "w",
     } | changes
     return SetValue(structure=structure, value=number, kind=kind, **facts)
 

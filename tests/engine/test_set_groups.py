@@ -66,7 +66,6 @@ def test_what_was_measured_otherwise_stays_out_or_says_so(tmp_path):
         store_sets(tmp_path, "a", [COMPLETE], date="2026-02-01"),
         store_sets(tmp_path, "b", [COMPLETE], date="2026-02-01"),
         store_sets(tmp_path, "fewer", value(real="another", n=280, floor=8.5), date="2026-02-01"),
-        store_sets(tmp_path, "network", value(network="old")),
         store_sets(tmp_path, "metric", [COMPLETE], metrics="0+aa"),
         store_sets(
             tmp_path, "small", value(value=None, reason="fid.structure needs 1024 windows, here 300")
@@ -78,12 +77,12 @@ def test_what_was_measured_otherwise_stays_out_or_says_so(tmp_path):
     assert cells["fewer"].value == 12.5
     assert "280 windows" in cells["fewer"].reason
     assert "its own floor is 8.5" in cells["fewer"].reason
-    assert {cells[name].text for name in ("network", "metric")} == {OTHER_VERSION}
+    assert cells["metric"].text == OTHER_VERSION
     assert cells["small"].text == NOT_APPLICABLE
     assert cells["small"].reason.startswith("fid.structure needs ")
     assert cells["without"].text == NOT_RUN
     assert group.below[0].endswith("cross 8.2.")
-    assert len(table.footnotes) == 5
+    assert len(table.footnotes) == 4
 
 
 def test_they_are_shown_when_asked_for_and_pointed_at_otherwise(tmp_path):

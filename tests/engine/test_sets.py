@@ -165,16 +165,17 @@ def finished(tmp_path_factory) -> list[store.ResultPaths]:
 def test_a_run_stores_features_and_values_and_the_references_score_the_floor(finished):
     toy, right = finished
     gap, many = set_metrics.read(toy)
-    assert (gap.value_id, gap.structure, gap.network) == ("toy_gap", "toy", "toy-network")
+    assert (gap.value_id, gap.structure) == ("toy_gap", "toy")
     assert gap.n == 3 * 24
     assert gap.clips == 24
     assert gap.low <= gap.value <= gap.high
     assert gap.tenths.mean() == pytest.approx(gap.value)
-    half = 2.262157 * gap.tenths.std(ddof=1) / np.sqrt(10)  # the interval's, from what the file keeps
-    assert (gap.high - gap.low) / 2 == pytest.approx(half, rel=1e-5)
+    half = 2.262157 * gap.tenths.std(ddof=1) / np.sqrt(10)
+    assert (gap.high - gap.low) / 2 < 0.5 * half  # of what lies beyond the floor of the same clips
     assert (many.value, many.reason) == (None, f"toy_many needs 1000000 windows in each set, here {gap.n}")
     floor, _ = set_metrics.read(right)
     assert floor.value == pytest.approx(floor.floor, rel=1e-5)
+    assert floor.low == pytest.approx(floor.high, rel=1e-5)  # whichever clips there are
     assert (floor.floor, floor.real) == (gap.floor, gap.real)
     header = store.read_header(toy.header)
     assert header.set_values["toy_gap"].better == "lower"
@@ -243,11 +244,24 @@ def test_lost_features_of_a_begun_run_are_made_again(tmp_path):
     assert set_metrics.read(place)[0].n == 12
 
 
-def test_a_structure_without_a_network_is_not_applicable_and_says_why(tmp_path):
+def test_a_value_that_real_motion_does_not_score_0_in_is_withheld():
+    """By the interval of the floor: of ten parts about 0.1, or about 0."""
+    parts = [(5.0, 0.14 + 0.001 * number) for number in range(10)]
+    known = evaluate.SetValue("kid", "toy", 40, 12, value=5.0, floor=0.1445, low=4.0, high=6.0)
+    withheld = evaluate._withheld(known, parts)
+    assert (withheld.value, withheld.low, withheld.floor) == (None, None, None)
+    assert withheld.reason == "kid of real motion is 0.14 here, where it should be about 0"
+    near = evaluate.replace(known, floor=0.0)
+    assert evaluate._withheld(near, [(value, floor - 0.1445) for value, floor in parts]) == near
+    few = evaluate._withheld(evaluate.replace(known, clips=9), [])
+    assert few.reason == "kid needs 10 clips to tell whether real motion scores 0, here 9"
+
+
+def test_a_structure_without_features_is_not_applicable_and_says_why(tmp_path):
     (place,) = carry_out(tmp_path, "toy_method", metric="toy_sets[structures=other]")
     for value in set_metrics.read(place):
         assert value.value is None
-        assert value.reason == "no toy network for structure toy"
+        assert value.reason == "no toy features of structure toy"
 
 
 def test_cases_that_failed_are_in_no_set(tmp_path):
@@ -255,7 +269,7 @@ def test_cases_that_failed_are_in_no_set(tmp_path):
     assert set_metrics.read(place)[0].n == 12  # of 16 cases, half were answered
 
 
-def test_the_network_is_part_of_the_key(tmp_path):
+def test_a_metrics_parameters_are_part_of_the_key(tmp_path):
     one = carry_out(tmp_path, "toy_method", clips=2)[0]
     before = store.read_header(one.header).keys
     other = carry_out(tmp_path, "toy_method", clips=2, metric="toy_sets[structures=other]")[0]

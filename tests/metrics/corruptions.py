@@ -7,23 +7,19 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d  # type: ignore[import-untyped]
 
-from retarget_bench.api import TWO_LEGS, CaseFeatures, CaseInfo, Prediction, Sample, Stretches
+from retarget_bench.api import CaseFeatures, CaseInfo, Prediction, Stretches
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw
-from retarget_bench.metrics.fid import SHIPPED as PEOPLE
-from retarget_bench.metrics.fid import Fid
-from retarget_bench.metrics.fid_structure import SHIPPED
-from retarget_bench.metrics.fid_structure.frechet import frechet
-from retarget_bench.metrics.fid_structure.pairs import Fits, Kid
+from retarget_bench.metrics.fid import Fid, features
+from retarget_bench.metrics.fid_structure import FidStructure
 from retarget_bench.motion import importer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
-from retarget_bench.training.features import network, windows
 
 FRAMES, LONGEST = 64, 240
 Corruption = Callable[[Positions, str, float], Positions]
@@ -103,6 +99,75 @@ def warp(motion: Positions, name: str, amount: float) -> Positions:
     return motion.between(low, places - low, motion.fps)
 
 
+def wobble(motion: Positions, name: str, amount: float) -> Positions:
+    """Each foot goes round in circles of ``amount`` heights, twice a second, a toe with its foot."""
+    positions = motion.positions.copy()
+    turns = 2 * 2 * np.pi * np.arange(motion.frames) / motion.fps
+    starts = _random(name, "wobble").uniform(0, 2 * np.pi, 2)
+    for side, start in zip(("left", "right"), starts, strict=True):
+        circle = np.stack([np.sin(turns + start), 0.0 * turns, np.cos(turns + start)], axis=1)
+        for joint, role in enumerate(motion.character.roles):
+            if role and role.startswith((f"{side}_foot", f"{side}_toe")):
+                positions[:, joint] += amount * motion.character.height * circle
+    return _with(motion, positions)
+
+
+def pace(motion: Positions, name: str, amount: float) -> Positions:
+    """All is done ``amount`` times as fast: a slower clip is cut at its old length."""
+    places = np.arange(0.0, motion.frames - 1, amount)[: motion.frames]
+    low = np.floor(places).astype(int)
+    return motion.between(low, places - low, motion.fps)
+
+
+def exchange(motion: Positions, name: str, amount: float) -> Positions:
+    """Left joints stand for right ones and back, all the time."""
+    return _with(motion, motion.positions[:, _other_side(motion.character)]) if amount else motion
+
+
+def longer_arms(motion: Positions, name: str, amount: float) -> Positions:
+    """Both arms ``amount`` times as long, in the same directions."""
+    return _with(motion, _longer(motion, "arm", amount))
+
+
+def longer_legs(motion: Positions, name: str, amount: float) -> Positions:
+    """Both legs ``amount`` times as long; the body is lifted, and the lower foot as high as it was."""
+    grown = _longer(motion, "up_leg", amount)
+    feet = [motion.character.joint_of[role] for role in ("left_foot", "right_foot")]
+    grown[..., 1] += (motion.positions[:, feet, 1].min(axis=1) - grown[:, feet, 1].min(axis=1))[:, None]
+    return _with(motion, grown)
+
+
+def _longer(motion: Positions, start: str, amount: float) -> np.ndarray:
+    positions, joint_of = motion.positions, motion.character.joint_of
+    grown, parents = positions.copy(), motion.character.skeleton.parents
+    limb = {joint_of[f"{side}_{start}"] for side in ("left", "right")}
+    for joint, parent in enumerate(parents):
+        if parent in limb:
+            limb.add(joint)
+            grown[:, joint] = grown[:, parent] + amount * (positions[:, joint] - positions[:, parent])
+        elif parent >= 0:
+            grown[:, joint] = grown[:, parent] + positions[:, joint] - positions[:, parent]
+    return grown
+
+
+def lift(motion: Positions, name: str, amount: float) -> Positions:
+    """Everything ``amount`` heights higher."""
+    return _with(motion, motion.positions + amount * motion.character.height * np.array([0.0, 1.0, 0.0]))
+
+
+def smooth(motion: Positions, name: str, amount: float) -> Positions:
+    """Places averaged over time by a Gaussian with a standard deviation of ``amount`` frames."""
+    return _with(motion, gaussian_filter1d(motion.positions, amount, axis=0, mode="nearest"))
+
+
+def leap(motion: Positions, name: str, amount: float) -> Positions:
+    """The left foot is ``amount`` heights higher in a single frame."""
+    positions = motion.positions.copy()
+    frame = _random(name, "leap").integers(motion.frames)
+    positions[frame, motion.character.joint_of["left_foot"], 1] += amount * motion.character.height
+    return _with(motion, positions)
+
+
 def _other_side(body: Character) -> list[int]:
     """Per joint the one of the other side, by role, or by name where joints have none."""
     by_name = {name: joint for joint, name in enumerate(body.skeleton.names)}
@@ -127,46 +192,63 @@ def _with(motion: Positions, positions: np.ndarray) -> Positions:
 
 
 HARMS: dict[str, tuple[Corruption, tuple[float, ...]]] = {
-    "jitter": (jitter, (0.002, 0.005, 0.01, 0.02)),
-    "slide": (slide, (0.05, 0.1, 0.2, 0.4)),
-    "freeze": (freeze, (0.1, 0.25, 0.5, 1.0)),
-    "shuffle": (shuffle, (0.1, 0.25, 0.5, 1.0)),
+    "jitter, heights": (jitter, (0.0002, 0.0005, 0.001, 0.002, 0.005, 0.02)),
+    "gliding, heights a second": (slide, (0.02, 0.05, 0.1, 0.2, 0.4)),
+    "feet wobbling, heights": (wobble, (0.005, 0.01, 0.02, 0.05)),
+    "frozen, share": (freeze, (0.1, 0.25, 0.5, 1.0)),
+    "shuffled frames, share": (shuffle, (0.1, 0.25, 0.5, 1.0)),
+    "left and right swapped, share": (swap, (0.1, 0.25, 0.5, 1.0)),
+    "times warped, share of the speed": (warp, (0.5, 0.75, 1.0)),
+    "slower, times": (pace, (0.75, 0.5)),
+    "faster, times": (pace, (1.25, 1.5)),
+    "backwards": (reverse, (1.0,)),
+    "left and right exchanged": (exchange, (1.0,)),
+    "mirrored": (mirror, (1.0,)),
+    "arms longer, times": (longer_arms, (1.1, 1.2)),
+    "legs longer, times": (longer_legs, (1.1, 1.2)),
+    "lifted, heights": (lift, (0.02, 0.05, 0.1)),
+    "sunk, heights": (lift, (-0.02, -0.05, -0.1)),
+    "smoothed, frames": (smooth, (1.0, 2.0, 4.0, 8.0)),
+    "a foot leaps, heights": (leap, (0.1,)),
 }
-"""Corruption -> growing amounts: heights, heights a second, shares of the stretches."""
-MORE_HARMS: dict[str, tuple[Corruption, tuple[float, ...]]] = {
-    "warp": (warp, (0.25, 0.5, 0.75, 1.0)),
-    "swap": (swap, (0.1, 0.25, 0.5, 1.0)),
-}
-"""Likewise: shares of the speed, shares of the stretches."""
+"""Corruption -> amounts, from little harm to much."""
 
 
 class Crowd:
-    """Real motion of two-legged bodies as one set, made worse, as the metric ``fid`` sees it.
+    """Real motion of bodies as one set, made worse, as a metric of sets sees it.
 
-    motions: clip -> real motion. stretches: what halves are made of; None: of whole clips.
+    motions: (clip, body) -> real motion. stretches: what halves are made of; None: of whole clips.
     """
 
-    def __init__(self, motions: Mapping[str, Positions]) -> None:
-        self.metric = Fid()
+    def __init__(self, motions: Mapping[tuple[str, str], Positions], metric: Fid | None = None) -> None:
+        self.metric = metric or Fid()
         self.stretches: Stretches | None = self.metric.stretches
-        self.network = network.find(PEOPLE, TWO_LEGS)
-        self.motions = dict(motions)
-        self.real = {clip: self.network.features(motion) for clip, motion in motions.items()}
-        self.infos = {clip: CaseInfo(clip, "retarget", "intra", "a", "b", clip) for clip in motions}
+        self.motions = {" ".join(key): motion for key, motion in motions.items()}
+        self.infos = {
+            " ".join((clip, body)): CaseInfo(" ".join((clip, body)), "retarget", "intra", "a", body, clip)
+            for clip, body in motions
+        }
+        self.real = {name: features.features(motion) for name, motion in self.motions.items()}
 
     def sets(self, harm: Corruption | None = None, amount: float = 0.0) -> Draw:
-        """The halves of the real motion and of the harmed one."""
-        features = {}
-        for clip, motion in self.motions.items():
-            real, speed = self.real[clip]
-            generated = self.network.features(harm(motion, clip, amount))[0] if harm else real
-            features[clip] = CaseFeatures(generated, real, speed)
-        return draw(features, self.infos, self.stretches)
+        """The halves of the real motion and of the harmed one, of the windows that both have."""
+        shown = {}
+        for name, motion in self.motions.items():
+            real, speed = self.real[name]
+            made = features.features(harm(motion, name, amount))[0] if harm else real
+            shown[name] = CaseFeatures(made[: len(real)], real[: len(made)], speed[: len(made)])
+        return draw(shown, self.infos, self.stretches)
 
-    def notice(self, harm: Corruption | None = None, amount: float = 0.0) -> float:
-        """FID of harmed motion; without a harm, the floor."""
+    def notice(self, harm: Corruption | None = None, amount: float = 0.0, value: str = "fid") -> float:
+        """A value of harmed motion; without a harm, the floor."""
+        return self.times(harm, amount, value)[0]
+
+    def times(self, harm: Corruption | None, amount: float, value: str = "fid") -> tuple[float, float]:
+        """A value of harmed motion, and the floor of the same windows."""
         (a, b), (p, q) = (sets := self.sets(harm, amount)).real, sets.generated
-        return (self.metric.value("fid", a, q) + self.metric.value("fid", b, p)) / 2
+        measure = self.metric.value
+        harmed, floor = ((measure(value, a, y) + measure(value, b, x)) / 2 for x, y in ((p, q), (a, b)))
+        return harmed, floor
 
 
 def seen(motion: Prediction) -> Positions:
@@ -179,93 +261,33 @@ def people_in(folder: Path, seconds: int = 12, most: int = 4) -> Crowd:
     motions = {}
     for path in sorted(folder.glob("*.bvh")):
         motion = importer.load(path).motion
-        if network.stranger(motion.character):
+        if motion.character.four_legged or features.unfit(motion.character):
             continue
-        shown = seen(motion).resample(windows.RATE)
-        long = int(seconds * windows.RATE)
+        shown = seen(motion).resample(features.RATE)
+        long = int(seconds * features.RATE)
         for at in range(0, min(shown.frames - long // 4, most * long), long):
-            motions[f"{path.stem} {at}"] = shown.at(slice(at, at + long))
+            motions[f"{path.stem} {at}", ""] = shown.at(slice(at, at + long))
     return Crowd(motions)
 
 
-@dataclass(frozen=True)
-class Noticed:
-    """What the distances say of either half against real motion of the other, on average.
-
-    n: windows in the smaller half. Both ways are needed: the halves differ anyway, and a little harm brings
-    one of them nearer to the other as often as not; then it takes the other one away.
-    """
-
-    n: int
-    fid: float
-    kid: float
-    coverage: float
-    density: float
-
-
-class Study:
-    """Real motion of one structure of a data set, dealt into two halves, made worse.
-
-    The halves are of performances, clip by clip in turn, so that both hold much the same: whether a network
-    sees a fault is asked, and not how far apart clips lie (a dozen of them, for the dogs).
-
-    performances: how many (clip, body) at most. chosen: keeps those whose positions it says True of.
-    """
-
-    def __init__(
-        self,
-        puppets: Any,
-        structure: str,
-        performances: int,
-        chosen: Callable[[Positions], bool] = lambda motion: True,
-    ) -> None:
-        self.network = network.find(SHIPPED, structure)
-        cast = puppets.characters()
-        offered = [
-            (clip, name)
-            for clip, names in puppets.performers().items()
-            for name in names
-            if cast[name].structure == structure
-        ]
-        offered.sort(key=lambda pair: _rank(" ".join(pair), "performance"))
-        self.motions: dict[tuple[str, str], Positions] = {}
-        for clip, name in offered:
-            motion = puppets.motion(clip, name)
-            # of minute-long sequences the beginning, so that no clip makes up most of a half
-            known_by_places = Positions(cast[name], motion.positions[:LONGEST], motion.fps)
-            if motion.frames >= FRAMES and chosen(known_by_places):
-                self.motions[clip, name] = known_by_places
-            if len(self.motions) == performances:
-                break
-        self.half = {pair: number % 2 for number, pair in enumerate(sorted(self.motions))}
-        self.begin()
-
-    def begin(self) -> None:
-        """Take the motions as they are now for real."""
-        self.real = [self._features(half) for half in (0, 1)]
-        self._noticed: dict[tuple[Corruption | None, float], Noticed] = {}
-
-    def _features(
-        self, half: int, harm: Corruption | None = None, amount: float = 0.0
-    ) -> tuple[np.ndarray, np.ndarray]:
-        parts, clips = [], []
-        for (clip, name), motion in self.motions.items():
-            if self.half[clip, name] == half:
-                shown = harm(motion, f"{clip} {name}", amount) if harm else motion
-                parts.append(self.network.features(shown)[0])
-                clips += [clip] * len(parts[-1])
-        return np.concatenate(parts).astype(np.float64), np.array(clips)
-
-    def notice(self, harm: Corruption | None = None, amount: float = 0.0) -> Noticed:
-        """The distances of harmed motion; without a harm, the floor."""
-        if (harm, amount) not in self._noticed:
-            self._noticed[harm, amount] = self._measured(harm, amount)
-        return self._noticed[harm, amount]
-
-    def _measured(self, harm: Corruption | None, amount: float) -> Noticed:
-        measured = []
-        for half, (real, clips) in enumerate(self.real):
-            generated, other = self._features(1 - half, harm, amount)
-            pair = Sample(real, clips), Sample(generated, other)
-            measured.append((frechet(real, generated), Kid()(*pair), *Fits()(*pair)))
-        return Noticed(min(len(clips) for _, clips in self.real), *np.mean(measured, axis=0).tolist())
+def structure_in(
+    puppets: Any, structure: str, most: int, chosen: Callable[[Positions], bool] = lambda motion: True
+) -> Crowd:
+    """At most so many performances (clip, body) of a structure of the puppets, of those that are chosen."""
+    cast = puppets.characters()
+    offered = [
+        (clip, name)
+        for clip, names in puppets.performers().items()
+        for name in names
+        if cast[name].structure == structure
+    ]
+    motions: dict[tuple[str, str], Positions] = {}
+    for clip, name in sorted(offered, key=lambda pair: _rank(" ".join(pair), "performance")):
+        motion = puppets.motion(clip, name)
+        # of minute-long sequences the beginning, so that no clip makes up most of a half
+        known_by_places = Positions(cast[name], motion.positions[:LONGEST], motion.fps)
+        if motion.frames >= FRAMES and chosen(known_by_places):
+            motions[clip, name] = known_by_places
+        if len(motions) == most:
+            break
+    return Crowd(motions, FidStructure())

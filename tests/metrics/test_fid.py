@@ -1,6 +1,6 @@
-"""FID of people: one small network for all bodies on two legs, and halves made of stretches of every clip.
+"""FID of people: halves made of stretches of every clip, and what harm raises it by.
 
-Numbers of more motion: ``benchmarks/fid_sensitivity.py --people``.
+Numbers of more motion: ``benchmarks/fid_sensitivity.py``.
 """
 
 from __future__ import annotations
@@ -10,18 +10,16 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from corruptions import HARMS, MORE_HARMS, Crowd, people_in, seen
+from corruptions import HARMS, Crowd, people_in, seen, structure_in
 
 from retarget_bench.api import TWO_LEGS, Case, CaseFeatures, CaseInfo, Stretches
 from retarget_bench.api.comparison import Comparison, structure_joints
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation.set_metrics import draw, evaluate
-from retarget_bench.metrics.fid import SHIPPED, Fid
+from retarget_bench.metrics.fid import FEATURES, Fid, features
 from retarget_bench.motion.structures import reduce
-from retarget_bench.training.features import data, network
-
-ALL = {**HARMS, **MORE_HARMS}
+from retarget_bench.plugins import registry
 
 
 @pytest.fixture(scope="module")
@@ -38,36 +36,74 @@ def cases(puppets) -> dict[str, Case]:
 
 @pytest.fixture(scope="module")
 def crowd(cases) -> Crowd:
-    return Crowd({clip: seen(case.reference) for clip, case in cases.items()})
+    return Crowd({(clip, ""): seen(case.reference) for clip, case in cases.items()})
 
 
-@pytest.mark.parametrize("name", ALL)
-def test_every_harm_raises_it_the_more_the_worse_it_is(crowd, name):
-    harm, amounts = ALL[name]
-    if name == "warp":  # a quarter of the speed is lost in the noise of forty clips
-        amounts = amounts[1:]
-    values = [crowd.notice(), *(crowd.notice(harm, amount) for amount in amounts)]
-    assert all(less < more for less, more in pairwise(values)), values
-    assert values[-1] > 2 * values[0]
+LEAST = {"mirrored": 1.0, "times warped, share of the speed": 1.0, "a foot leaps, heights": 1.0}
+"""What the worst of a harm comes to, in floors, where that is less than half as much again: mirrored motion
+is natural, and a single frame, or a change of pace that cancels out, is for other columns to see."""
+
+
+NOISE = 0.002
+"""Floors: what jitter of a third of a millimetre may take away as well as add."""
+
+
+def check_harms(crowd: Crowd) -> None:
+    """No harm brings real motion nearer, more harm takes it farther, and what people see, far."""
+    for name, (harm, amounts) in HARMS.items():
+        pairs = [crowd.times(harm, amount) for amount in amounts]
+        ratios = [1.0, *(harmed / floor for harmed, floor in pairs)]
+        assert all(less < more + NOISE for less, more in pairwise(ratios)), (name, ratios)
+        assert ratios[-1] >= LEAST.get(name, 1.5), (name, ratios)
+    share = {
+        (name, amount): float(np.divide(*crowd.times(HARMS[name][0], amount)))
+        for name, amount in (
+            ("jitter, heights", 0.0005),
+            ("jitter, heights", 0.001),
+            ("gliding, heights a second", 0.05),
+            ("lifted, heights", 0.05),
+            ("faster, times", 1.25),
+        )
+    }
+    assert share["jitter, heights", 0.0005] <= 1.3
+    assert share["gliding, heights a second", 0.05] > share["jitter, heights", 0.001]
+    assert min(share["lifted, heights", 0.05], share["faster, times", 1.25]) >= 1.5
+
+
+def test_no_harm_scores_below_the_floor_and_more_is_worse(crowd):
+    check_harms(crowd)
+
+
+@pytest.mark.parametrize("folder", ["lafan1", "bandai_namco"])
+def test_on_rigs_and_motion_that_nothing_was_made_for(real_data, folder):
+    if not (real_data / folder).is_dir():
+        pytest.skip(f"no {folder}")
+    check_harms(people_in(real_data / folder))
+
+
+def test_on_the_mixamo_clips(real_data):
+    if not (real_data / "mixamo_san").is_dir():
+        pytest.skip("no mixamo_san")
+    data = registry.create("datasets", f"mixamo[root={real_data / 'mixamo_san'}]")
+    infos = {info.clip: info for info in data.cases("retarget", "cross")}
+    check_harms(Crowd({(clip, ""): seen(data.load(info).reference) for clip, info in infos.items()}))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("structure", ["body22", "dog21"])
+def test_values_by_structure_notice_harm_too(structure):
+    """Distances rise; real motion is covered less."""
+    crowd = structure_in(Puppets(size="default"), structure, 60)
+    for name in ("jitter, heights", "gliding, heights a second", "lifted, heights", "slower, times"):
+        harm, amounts = HARMS[name]
+        for value in ("fid.structure", "kid"):
+            numbers = [crowd.notice(value=value), *(crowd.notice(harm, a, value) for a in amounts[-2:])]
+            assert all(less < more for less, more in pairwise(numbers)), (name, value, numbers)
+        assert crowd.notice(harm, amounts[-1], "coverage") < crowd.notice(value="coverage")
 
 
 def test_the_main_job_has_windows_enough_in_each_half(crowd):
-    drawn = crowd.sets()
-    assert drawn.n >= 4 * network.OF_TWO_LEGS.features
-    assert 32 <= network.OF_TWO_LEGS.features <= 64
-
-
-@pytest.mark.parametrize("folder", ["lafan1", "cmu_bvh", "bandai_namco"])
-def test_real_motion_of_other_families_has_a_floor_and_keeps_the_order_of_harms(real_data, folder):
-    if not (real_data / folder).is_dir():
-        pytest.skip(f"no {folder}")
-    crowd = people_in(real_data / folder)
-    floor = crowd.notice()
-    assert crowd.sets().n >= 4 * network.OF_TWO_LEGS.features
-    assert 0 < floor < 10  # of 32, the variance of the training motion
-    for harm, amounts in HARMS.values():
-        values = [floor, crowd.notice(harm, amounts[1]), crowd.notice(harm, amounts[-1])]
-        assert all(less < more for less, more in pairwise(values)), (harm, values)
+    assert crowd.sets().n >= 4 * FEATURES
 
 
 def test_it_is_of_cases_from_two_legs_to_two_legs(cases, puppets):
@@ -78,32 +114,26 @@ def test_it_is_of_cases_from_two_legs_to_two_legs(cases, puppets):
     assert metric.set_of(replace(person, target=dog)) == ""
     barking = dog.positions(np.zeros((70, len(dog.skeleton), 3)), 30.0)
     assert metric.set_of(replace(person, source=barking)) == ""
-    with pytest.raises(NotSupported, match=f"{dog.name} stands on four legs"):
-        metric.network(dog)
 
 
 def test_bodies_without_toes_or_spine_joints_are_seen_alike(cases):
     """The features are of shared joints, so leaving out the others changes none; positions are enough."""
-    shown = next(
-        case for case in cases.values() if len(structure_joints(case.target)) > 22 and case.info.frames > 64
-    )
+    shown = next(case for case in cases.values() if len(structure_joints(case.target)) > 22)
     smaller = reduce(shown.target, "body22")
     assert len(smaller.character.skeleton) < len(shown.target.skeleton)
-    shipped = network.find(SHIPPED, TWO_LEGS)
-    complete, speed = shipped.features(shown.reference)
-    reduced, same_speed = shipped.features(seen(smaller.apply(shown.reference)))
+    complete, speed = features.features(shown.reference)
+    reduced, same_speed = features.features(seen(smaller.apply(shown.reference)))
     np.testing.assert_allclose(reduced, complete, atol=1e-4)
     np.testing.assert_allclose(same_speed, speed, atol=1e-6)
-    assert complete.shape == ((shown.info.frames - 16) // 4 + 1, 32)
 
 
 def test_a_body_without_a_hand_is_in_no_set(cases):
     case = next(iter(cases.values()))
     roles = tuple(None if role == "left_hand" else role for role in case.target.roles)
-    maimed = replace(case.target, roles=roles)
-    assert Fid().set_of(replace(case, target=maimed)) == ""
+    maimed = replace(case, target=replace(case.target, roles=roles))
+    assert Fid().set_of(maimed) == ""
     with pytest.raises(NotSupported, match="is known as left_hand"):
-        Fid().network(maimed)
+        Fid().features(Comparison(maimed, case.reference))
 
 
 def test_without_a_reference_windows_have_the_speed_of_their_source(cases):
@@ -135,9 +165,10 @@ def test_no_two_windows_of_the_two_halves_share_a_frame():
     _, _, half_at = stretches_of(lengths, rule)
     for clip, count in lengths.items():
         at = {half: [w for w in range(count) if half_at.get((clip, w)) == half] for half in (0, 1)}
-        assert at[0]
-        assert at[1]
-        assert min(abs(a - b) for a in at[0] for b in at[1]) >= rule.overlap
+        if count + rule.overlap - 1 < 3 * rule.overlap:  # too short for three stretches
+            assert at == {0: [], 1: []}
+        else:
+            assert min(abs(a - b) for a in at[0] for b in at[1]) >= rule.overlap
     longest = max(lengths, key=lambda clip: lengths[clip])
     sides = [half_at[longest, w] for w in range(lengths[longest]) if (longest, w) in half_at]
     assert sum(a != b for a, b in pairwise(sides)) >= 7  # stretches by turns, not halves
@@ -164,20 +195,12 @@ def test_a_tenth_of_the_clips_is_left_out_of_both_halves_at_once():
     assert sorted(list(groups.values()).count(group) for group in range(10)) == [3] * 10
 
 
-def test_the_network_is_trained_on_all_bodies_on_two_legs_of_the_training(puppets):
-    (source,) = data.sources(puppets, [TWO_LEGS])
-    names = set(data.performers(puppets, source))
-    cast = puppets.characters()
-    trained = {name for clips in puppets.training().values() for name in clips}
-    assert names == {name for name in trained if not cast[name].four_legged}
-    assert len({cast[name].structure for name in names}) > 1
-
-
-def test_the_shipped_network_is_small_and_saw_no_test_motion(puppets):
-    shipped = network.find(SHIPPED, TWO_LEGS)
-    assert network.place(SHIPPED, TWO_LEGS).with_suffix(".safetensors").stat().st_size < 500_000
-    assert shipped.card.features == 32
-    assert shipped.card.dataset == "puppets[size=default]"
-    assert set(shipped.card.characters) <= set(puppets.training_manifest()["characters"])
-    bodies = [each for each in puppets.characters().values() if not each.four_legged]
-    assert [shipped.unfit(body) for body in bodies] == [""] * len(bodies)
+def test_a_clip_and_its_reverse_are_in_the_same_halves():
+    """A window of what is played backwards has the frames of the one as far from the other end."""
+    lengths = {f"c{number}": 9 + 7 * number for number in range(20)}
+    _, _, half_at = stretches_of(lengths, Stretches(overlap=4, length=15))
+    for clip, count in lengths.items():
+        there = [half_at.get((clip, at)) for at in range(count)]
+        meet = [(a, b) for a, b in zip(there, there[::-1], strict=True) if None not in (a, b)]
+        assert all(a == b for a, b in meet)
+        assert meet

@@ -6,23 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 
 from retarget_bench.api import Case
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.errors import NotSupported
+from retarget_bench.metrics.fid import features as windows
 from retarget_bench.metrics.fid_structure import FidStructure
-from retarget_bench.training.features import windows
 
 
 @pytest.fixture(scope="module")
 def case() -> Case:
     """A paired case that is long enough for windows."""
     data = Puppets()
-    infos = [
-        info for info in data.cases("retarget", "intra") if info.frames >= windows.FRAMES + windows.HOP
-    ]
-    return data.load(infos[0])
+    return data.load(data.cases("retarget", "intra")[0])
 
 
 def test_an_answer_is_seen_alike_with_and_without_a_reference(case: Case) -> None:
@@ -40,6 +37,7 @@ def test_windows_are_drawn_by_the_speed_of_the_source(case: Case) -> None:
     answer = case.target.motion(case.reference.rotations, case.reference.root * 3.0, case.reference.fps)
     features = FidStructure().features(Comparison(replace(case, reference=None), answer))
     hips = case.source.positions[:, case.source.character.joint_of["hips"], ::2]
+    hips = gaussian_filter1d(hips, 1.0, axis=0, mode="nearest", truncate=3.0)
     steps = np.linalg.norm(np.diff(hips, axis=0), axis=1) * 30.0 / case.source.character.height
     steps = np.concatenate([steps[:1], steps])
     speeds = [
@@ -47,9 +45,3 @@ def test_windows_are_drawn_by_the_speed_of_the_source(case: Case) -> None:
         for at in range(0, len(steps) - windows.FRAMES + 1, windows.HOP)
     ]
     np.testing.assert_allclose(features.speed, speeds, rtol=1e-5)
-
-
-def test_a_structure_without_a_network_says_what_makes_one(case: Case) -> None:
-    stranger = replace(case.target, structure="nobody5")
-    with pytest.raises(NotSupported, match="no feature network for structure nobody5; bench train fid"):
-        FidStructure().network(stranger)

@@ -156,9 +156,11 @@ def halves(rows: Sequence[Window], infos: Mapping[str, CaseInfo]) -> dict[str, i
 def by_turns(
     rows: Sequence[Window], infos: Mapping[str, CaseInfo], stretches: Stretches
 ) -> dict[tuple[str, int], int]:
-    """(clip, window) -> 0 or 1, an even number of stretches by turns, the same for all bodies of a clip.
+    """(clip, window) -> 0 or 1, an odd number of stretches by turns, the same for all bodies of a clip.
 
-    Windows across two stretches are left out. Every other clip, by chance, begins with the other half.
+    So what is played backwards is compared with other stretches than its own, too. Windows across two
+    stretches are left out, and with them clips that are too short for three. Every other clip, by chance,
+    begins with the other half.
     """
     counts: dict[str, int] = {}
     for case, at in rows:
@@ -167,7 +169,7 @@ def by_turns(
     sides: dict[tuple[str, int], int] = {}
     for number, clip in enumerate(sorted(counts, key=_chance)):
         steps = counts[clip] + stretches.overlap - 1
-        many = 2 * max(1, round(steps / (2 * stretches.length)))
+        many = 2 * max(1, round((steps / stretches.length - 1) / 2)) + 1
         stretch = np.arange(steps) * many // steps
         for at in range(counts[clip]):
             if stretch[at] == stretch[at + stretches.overlap - 1]:

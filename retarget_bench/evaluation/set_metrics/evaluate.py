@@ -22,6 +22,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 
 Halves = tuple[Sample, Sample]
+Pair = tuple[float, float]
+"""A value and its floor."""
 NO_REAL = "the data set has no real motion of bodies of structure {} in this part"
 
 
@@ -88,7 +90,7 @@ def _values(
     if reasons := {each.reason for each in members.values() if each.reason}:
         return [SetValue(value, structure, 0, 0, reason=min(reasons)) for value in ids]
     features = {case: each.features for case, each in members.items() if each.features}
-    bare = SetValue("", structure, 0, 0, network=members[min(members)].network)
+    bare = SetValue("", structure, 0, 0)
     if all(len(each.real) == len(each.generated) for each in features.values()):
         return _drawn(metric, bare, draw(features, infos, metric.stretches))
     # cases without references: their answers against other real motion, also of the same kind alone
@@ -137,15 +139,38 @@ def _drawn(metric: SetMetric, bare: SetValue, sets: Draw) -> list[SetValue]:
     """All values of the sets that were drawn, with intervals where there are clips enough."""
     bare = replace(bare, n=sets.n, clips=len(sets.clips), real=sets.hash)
     values = [_value(metric, replace(bare, value_id=each.id), sets) for each in metric.card.values]
-    if bare.clips < CLIPS:
-        return values
-    defined = [each.value_id for each in values if each.value is not None]
-    without = _without(metric, defined, sets)
-    for number, each in enumerate(values):
-        if each.value is not None and (ends := interval(each.value, without[each.value_id])):
-            parts = tuple(without[each.value_id])
-            values[number] = replace(each, low=ends[0], high=ends[1], without=parts)
-    return values
+    parts = _without(metric, [each.value_id for each in values if each.value is not None], sets)
+    values = [_with_interval(each, parts.get(each.value_id, ())) for each in values]
+    return [
+        _withheld(each, parts.get(each.value_id, ())) if each.value_id in metric.unbiased else each
+        for each in values
+    ]
+
+
+def _with_interval(value: SetValue, parts: Sequence[Pair]) -> SetValue:
+    """A value with the interval of what lies beyond its floor: which clips there are moves both alike."""
+    if value.value is None or value.floor is None or not parts:
+        return value
+    beyond = interval(value.value - value.floor, [part - floor for part, floor in parts])
+    if beyond is None:
+        return value
+    low, high = (value.floor + end for end in beyond)
+    return replace(value, low=low, high=high, without=tuple(part for part, _ in parts))
+
+
+def _withheld(value: SetValue, parts: Sequence[Pair]) -> SetValue:
+    """A value that is 0 on average for real motion, or the reason why that cannot be said of this one."""
+    if value.value is None or value.floor is None:
+        return value
+    if not parts:
+        reason = (
+            f"{value.value_id} needs {CLIPS} clips to tell whether real motion scores 0, here {value.clips}"
+        )
+    elif (ends := interval(value.floor, [floor for _, floor in parts])) and ends[0] <= 0.0 <= ends[1]:
+        return value
+    else:
+        reason = f"{value.value_id} of real motion is {value.floor:.2g} here, where it should be about 0"
+    return replace(value, value=None, low=None, high=None, floor=None, without=(), reason=reason)
 
 
 def _value(metric: SetMetric, bare: SetValue, sets: Draw) -> SetValue:
@@ -171,14 +196,15 @@ def _both(metric: SetMetric, value_id: str, a: Halves, b: Halves) -> float:
     return attempt(ask, seconds(len(a[0].clips) + len(b[0].clips)), f"metric {metric.card.name}, sets")
 
 
-def _without(metric: SetMetric, ids: Sequence[str], sets: Draw) -> dict[str, list[float]]:
-    """Value id -> the values without a tenth of the clips at a time, of both halves.
+def _without(metric: SetMetric, ids: Sequence[str], sets: Draw) -> dict[str, list[Pair]]:
+    """Value id -> values and floors without a tenth of the clips at a time, of both halves; none where
+    there are too few clips.
 
     All values of one tenth before the next one: what they have in common is computed once.
     """
     group = _groups(sets)
-    values: dict[str, list[float]] = {value_id: [] for value_id in ids}
-    for left_out in range(GROUPS if ids else 0):
+    values: dict[str, list[Pair]] = {value_id: [] for value_id in ids}
+    for left_out in range(GROUPS if ids and len(sets.clips) >= CLIPS else 0):
         parts = {
             id(half): half.part(np.flatnonzero([group[clip] != left_out for clip in half.clips.tolist()]))
             for half in (*sets.real, *sets.generated)
@@ -187,7 +213,9 @@ def _without(metric: SetMetric, ids: Sequence[str], sets: Draw) -> dict[str, lis
             (parts[id(halves[0])], parts[id(halves[1])]) for halves in (sets.real, sets.generated)
         )
         for value_id in ids:
-            values[value_id].append(_both(metric, value_id, real, generated))
+            values[value_id].append(
+                (_both(metric, value_id, real, generated), _both(metric, value_id, real, real))
+            )
     return values
 
 
@@ -230,7 +258,7 @@ def deviation(without: Sequence[float]) -> float:
     return float(np.sqrt((len(values) - 1) / len(values) * ((values - values.mean()) ** 2).sum()))
 
 
-def interval(value: float, without: Sequence[float]) -> tuple[float, float] | None:
+def interval(value: float, without: Sequence[float]) -> Pair | None:
     """Value -+ t(G - 1) times the jackknife's standard error; None where a value is undefined.
 
     without: the values without each of the G groups.

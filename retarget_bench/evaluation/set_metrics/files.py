@@ -20,12 +20,10 @@ NO_REFERENCE = "needs reference motions, and this data set has none"
 class SetMember:
     """A case in one of the sets of a metric, by its features or by the reason why it has none.
 
-    name: of the set: a target structure, where the metric has no sets of its own. network: hash of what
-    makes the features.
+    name: of the set: a target structure, where the metric has no sets of its own.
     """
 
     name: str
-    network: str = ""
     reason: str = ""
     features: CaseFeatures | None = None
 
@@ -69,7 +67,7 @@ def failed(metric: str, fault: str) -> str:
 
 def _member(metric: SetMetric, comparison: Comparison, elsewhere: bool) -> SetMember | None:
     """Raises BenchError where the metric breaks its contract."""
-    case, network = comparison.case, ""
+    case = comparison.case
     belongs = metric.set_of(case)
     if not belongs:
         return None
@@ -77,15 +75,14 @@ def _member(metric: SetMetric, comparison: Comparison, elsewhere: bool) -> SetMe
     try:
         if not paired and not elsewhere:
             raise NotSupported(NO_REFERENCE)
-        network = str(metric.network(case.target))
         answer = metric.features(comparison)
     except NotSupported as reason:
-        return SetMember(str(belongs), network, str(reason))
+        return SetMember(str(belongs), str(reason))
     features = CaseFeatures(
         *(np.asarray(each, np.float32) for each in (answer.generated, answer.real, answer.speed))
     )
     _check(features, paired)
-    return SetMember(str(belongs), network, features=features)
+    return SetMember(str(belongs), features=features)
 
 
 def _check(features: CaseFeatures, paired: bool) -> None:

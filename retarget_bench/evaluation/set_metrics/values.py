@@ -21,8 +21,7 @@ class SetValue:
     low, high: 95 % interval, or None where there are too few clips for one.
     floor:   what the references score instead of the results.
     without: the value without each tenth of the clips, for the jackknife; () where there are too few.
-    real, network: hashes of the real set and of what made the features; values are comparable where both
-             agree.
+    real:    hash of the real set; values are comparable where it agrees.
     """
 
     value_id: str
@@ -34,7 +33,6 @@ class SetValue:
     high: float | None = None
     floor: float | None = None
     real: str = ""
-    network: str = ""
     reason: str = ""
     kind: str = ""
     without: tuple[float, ...] = ()

@@ -169,17 +169,17 @@ class SetMetricTrial(_Scored[SetMetric]):
 
     def __init__(self, spec: Spec, data: Dataset) -> None:
         super().__init__(spec, data)
-        self.all, self.cases = self.cases, [case for case in self.cases if self._has_network(case)]
+        self.all, self.cases = self.cases, [case for case in self.cases if self._has_features(case)]
 
-    def _has_network(self, case: Case) -> bool:
+    def _has_features(self, case: Case) -> bool:
         try:
-            self.plugin.network(case.target)
+            self._features(case)
         except NotSupported:
             return False
         return True
 
-    @demand("a body either has a network or a reason why not")
-    def networks(self) -> Problems:
+    @demand("a body either has features or a reason why not")
+    def reasons(self) -> Problems:
         for case in self.all:
             motion = case.reference or case.source
             assert not isinstance(motion, PointSets)
@@ -190,7 +190,7 @@ class SetMetricTrial(_Scored[SetMetric]):
     def measured(self, case: Case, prediction: Prediction) -> dict[str, Any]:
         members, faults = collect([self.plugin], case, prediction)
         score.Scored(faults=faults).sound()
-        facts = {name: (each.name, each.network, each.reason) for name, each in members.items()}
+        facts = {name: (each.name, each.reason) for name, each in members.items()}
         return facts | {
             f"{name}:{part}": array
             for name, each in members.items()

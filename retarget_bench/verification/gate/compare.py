@@ -165,14 +165,13 @@ def _protocol(golden: Measured, now: Measured) -> tuple[set[str], list[Change]]:
     }
     metrics = {value: text.partition(":")[0] for value, text in now.under("value").items()}
     of_metrics = {f"value/{value}" for value, metric in metrics.items() if f"metric/{metric}" in stale}
-    features = {f"value/{name.split('/')[1]}.features" for name in stale if kinds[name] == "network"}
     other_data = _other_data(stale)
     changes = [
         _other(golden, now, name)
         for name in sorted(stale - of_metrics, key=lambda name: (PROTOCOL.index(kinds[name]), name))
         if not (other_data and kinds[name] == "cases")
     ]
-    return stale | of_metrics | features, changes
+    return stale | of_metrics, changes
 
 
 def _other_data(stale: Collection[str]) -> bool:

@@ -11,7 +11,6 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -114,11 +113,6 @@ def measure(
     for done, path in enumerate(paths, 1):
         held = read(path)
         now.facts[f"file/{path.stem}"] = hashlib.sha256(path.read_bytes()).hexdigest()[:8]
-        for metric in of_sets:
-            with suppress(NotSupported):  # nothing makes its features on this body
-                body = held.case.target
-                network = f"network/{metric.card.name}/{body.structure}"
-                now.facts[network] = str(metric.network(body))
         for name, case, prediction in _questions(held):
             row = f"{MOTION}/{name}"
             scored = score.score(of_cases, case, prediction)
@@ -190,7 +184,7 @@ def set_values(metric: SetMetric, row: str) -> dict[str, float]:
 def set_features(metric: SetMetric, case: Case, prediction: Prediction) -> Values:
     """Sums over the features of a frozen motion, weighted so that their order counts.
 
-    Empty where there is no network for the body, no right answer, or no window in the motion.
+    Empty where the body has no features, no right answer, or no window in the motion.
     """
     if case.reference is None:
         return {}

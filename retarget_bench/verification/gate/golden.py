@@ -22,7 +22,7 @@ from retarget_bench.results import store
 
 FACTS, ROWS, MOTIONS, LOG = "facts.csv", "rows", "frozen", "CHANGES.md"
 FIELDS = ("fact", "value")
-PROTOCOL = ("dataset", "cases", "metric", "value", "weights", "network", "file")
+PROTOCOL = ("dataset", "cases", "metric", "value", "weights", "file")
 MOTION, CLOUDS = "motion", "clouds"
 """Parts of the facts that metrics are asked for."""
 

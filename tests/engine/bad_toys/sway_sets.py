@@ -37,9 +37,6 @@ class SwaySets:
     def __init__(self, features: str = "", value: str = "") -> None:
         self._features, self._value = DEEDS.get(features), DEEDS.get(value)
 
-    def network(self, target):
-        return "none"
-
     def features(self, comparison):
         generated, real = (
             side[::4, 0].astype(np.float32) for side in (comparison.predicted, comparison.expected)

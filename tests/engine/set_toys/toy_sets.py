@@ -28,13 +28,9 @@ class ToySets:
         ),
     )
 
-    def network(self, target):
-        if self.structures not in ("all", target.structure):
-            raise NotSupported(f"no toy network for structure {target.structure}")
-        return "toy-network"
-
     def features(self, comparison):
-        self.network(comparison.target)
+        if self.structures not in ("all", comparison.target.structure):
+            raise NotSupported(f"no toy features of structure {comparison.target.structure}")
         pieces = _pieces(comparison.prediction.positions)
         if comparison.case.reference is None:
             return CaseFeatures(pieces, pieces[:0], np.linspace(0, 1, len(pieces), dtype=np.float32))

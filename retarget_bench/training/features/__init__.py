@@ -1,1 +1,0 @@
-"""Feature networks for comparing sets of motions: input, storage and training."""
