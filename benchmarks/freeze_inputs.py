@@ -205,7 +205,7 @@ def write_results(root: Path, method: str, split: str, listed: Sequence[Row]) ->
         distance, spread = SETS[method]
         facts = (distance, distance - 3 * spread, distance + 3 * spread, FLOOR)
         without = tuple((distance + spread * np.cos(np.arange(10))).tolist())
-        value = SetValue(core.DISTANCE, TWO_LEGS, 100, 20, *facts, "real", "network", without=without)
+        value = SetValue(core.DISTANCE, TWO_LEGS, 100, 20, *facts, "real", without=without)
         set_metrics.write(paths, [value])
     store.write_results(paths, header, entries, infos)
 

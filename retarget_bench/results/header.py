@@ -16,7 +16,7 @@ from retarget_bench.api import SPLITS, Direction, Parameters, Unreadable, Value
 from retarget_bench.errors import mistakes
 from retarget_bench.plugins.spec import Spec
 
-SCHEMA = 3
+SCHEMA = 4
 STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
 """``missing``: scoring was asked for and no prediction was there."""
 WAITING = "not done yet"
