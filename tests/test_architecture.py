@@ -49,7 +49,7 @@ def imports(file: Path) -> Iterator[str]:
 VARIANTS = {
     "methods/nkn_cross": "methods/nkn",
     "methods/pmnet_cross": "methods/pmnet",
-    "metrics/fid": "metrics/fid_structure",
+    "metrics/fid_structure": "metrics/fid",
 }
 """A plug-in that is another one with a difference -> that one: the only plug-in that it may import."""
 

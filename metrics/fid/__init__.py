@@ -30,11 +30,11 @@ SETS = (
     "(metrics/fid/features.py); every clip is cut into an odd number of stretches of about two seconds, "
     "which are dealt by turns into two halves (clips below 48 frames are left out), and the real windows "
     "of one half are compared with the generated windows of the other, both ways, and averaged; from "
-    "either half the same number n of windows, at most 1,200, is drawn as evenly over the root speed of the "
-    "real motion as they allow, one per target, clip and frame; the floor is the same with the references "
-    "of the generated windows in their place, so that the references themselves score exactly the floor; "
-    "the interval is that of what "
-    "lies beyond the floor, by a delete-a-group jackknife over clips, withheld below 10"
+    "either half the same number n of windows, at most 1,200, is drawn as evenly over the root speed of "
+    "the real motion as they allow, one per target, clip and frame; the floor is the same with the "
+    "references of the generated windows in their place, so that the references themselves score exactly "
+    "the floor; the interval is that of what lies beyond the floor, by a delete-a-group jackknife over "
+    "clips, withheld below 10"
 )
 SMALL = f"left out below {PER_DIMENSION} windows per feature"
 

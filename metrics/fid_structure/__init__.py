@@ -2,7 +2,7 @@
 
 import math
 
-from retarget_bench.api import Case, MetricCard, Sample, Value
+from retarget_bench.api import MetricCard, Sample, SetMetric, Value
 
 from ..fid import FEATURES, PER_DIMENSION, SETS, SMALL, Fid
 from .pairs import NEIGHBOURS, Fits, Kid
@@ -81,14 +81,12 @@ class FidStructure(Fid):
         ),
     )
 
+    set_of = SetMetric.set_of
     unbiased = ("kid",)
 
     def __init__(self) -> None:
         super().__init__()
         self._kid, self._fits = Kid(), Fits()
-
-    def set_of(self, case: Case) -> str:
-        return case.target.structure
 
     def least(self, value_id: str) -> int:
         return FEW if value_id == "kid" else PER_DIMENSION * FEATURES

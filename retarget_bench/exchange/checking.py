@@ -227,7 +227,7 @@ def _wrong_numbers(results: Results) -> Iterator[str]:
     sets = set_metrics.read(results.paths) if header.set_values else []
     for name in sorted(header.set_values.keys() - {each.value_id for each in sets}):
         metric = registry.working("metrics")[0].get(header.set_values[name].metric)
-        own_sets = isinstance(metric, SetMetric) and metric.stretches is not None
+        own_sets = isinstance(metric, SetMetric) and type(metric).set_of is not SetMetric.set_of
         if rated.any() and metric is not None and not own_sets:
             yield f"values of {name} are left out"
     for each in sets:
