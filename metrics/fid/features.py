@@ -8,13 +8,13 @@ arms and legs has them. Not seen: place, heading and size of a body.
 
     pose      (15)  head, hands and feet from the hips, to the left, up and forward: 0.4
     stance     (1)  hips over the lower foot: 0.3
-    floor      (1)  the lower foot over the floor: 0.02, beyond 0.05 as a logarithm
-    speeds     (6)  of hips, head, hands and feet: 0.5 per second, beyond 1 as a logarithm
-    jolts      (5)  accelerations of head, hands and feet: 2 per second squared, beyond 10 as a logarithm
-    way        (3)  of the hips to the left and forward: 0.6 per second, and their turning: 2 rad per second
-    swing      (1)  whether the higher foot goes forward past the lower one: 0.13 per second
-    standing   (1)  speed of the foot that moves least: 0.03 per second, likewise its unit of a logarithm
-    life       (1)  speed of what moves most: 0.02 per second, likewise
+    floor      (1)  the lower foot over the floor: 0.02, up to about 0.1
+    speeds     (6)  of hips, head, hands and feet: 0.5 a second, beyond 1 as its logarithm
+    jolts      (5)  accelerations of head, hands and feet: 2 a second squared, beyond 10 likewise
+    way        (3)  speed of the hips to the left and forward: 0.6 a second; of turning: 2 rad a second
+    swing      (1)  whether the higher foot goes forward past the lower one: 0.13 a second
+    standing   (1)  speed of the foot that moves least: 0.03 a second, up to about 0.1
+    life       (1)  speed of what moves most: 0.02 a second, beyond as its logarithm
     limbs      (4)  lengths of arms and legs: 0.06
 
 Smoothing by a Gaussian of one frame leaves a tenth of an amplitude at 10 Hz, so that noise of a millimetre
@@ -91,7 +91,7 @@ def _shape(at: dict[str, np.ndarray], turn: np.ndarray) -> Iterator[np.ndarray]:
         yield from away.T / 0.4
     lower = np.minimum(*(at[foot][:, 1] for foot in FEET))
     yield (at["hips"][:, 1] - lower - UPRIGHT["hips"]) / 0.3
-    yield 2.5 * np.arcsinh(lower / 0.05)
+    yield 5.0 * np.tanh(lower / 0.1)
 
 
 def _movement(
@@ -108,7 +108,7 @@ def _movement(
     past = facing.seen(velocity[left] - velocity[right], turn)[:, 2]
     yield 1.5 * np.arcsinh(past / 0.2) * np.tanh((at[left] - at[right])[:, 1] / 0.03)
     standing = (*FEET, *HANDS) if four_legged else FEET
-    yield np.arcsinh(np.min([speed[role] for role in standing], axis=0) / 0.03)
+    yield 3.0 * np.tanh(np.min([speed[role] for role in standing], axis=0) / 0.1)
     yield np.arcsinh(np.max(list(speed.values()), axis=0) / 0.02)
 
 

@@ -78,7 +78,7 @@ def test_gliding_is_speeds_and_the_way_and_no_pose():
     np.testing.assert_allclose(middle[:, POSE], still[5:-5, POSE], atol=1e-5)
     np.testing.assert_allclose(still[:, SPEEDS], 0.0, atol=1e-5)
     np.testing.assert_allclose(middle[:, SPEEDS], 2 * np.arcsinh(0.3), rtol=1e-4)
-    np.testing.assert_allclose(middle[:, STANDING], np.arcsinh(0.3 / 0.03), rtol=1e-4)
+    np.testing.assert_allclose(middle[:, STANDING], 3 * np.tanh(0.3 / 0.1), rtol=1e-4)
     np.testing.assert_allclose(middle[:, LIFE], np.arcsinh(0.3 / 0.02), rtol=1e-4)
     np.testing.assert_allclose(middle[:, JOLTS], 0.0, atol=1e-3)
     np.testing.assert_allclose(middle[:, WAY], [[0.0, 0.5 * np.arcsinh(1.0), 0.0]] * len(middle), atol=1e-3)
