@@ -5,7 +5,8 @@
     python benchmarks/rank_correlations.py runs/puppets runs/mixamo
 
 Each folder holds one data set; the last one is what the others are compared with. Only methods that are
-ranked and have numbers on all count. Prints a table in Markdown, with 95 % intervals over methods (bootstrap).
+ranked and have numbers on all count. Prints a table in Markdown, with 95 % intervals over methods
+(bootstrap).
 """
 
 import argparse
