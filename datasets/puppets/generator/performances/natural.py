@@ -27,7 +27,10 @@ _WINDOW = 9
 
 
 def natural(score: Score, stream: Stream) -> Score:
-    """The same performance as people do it; dogs' paws drift, and no more."""
+    """The same performance as people do it; dogs' paws drift, and no more.
+
+    Feet on stairs, which may have no room to spare, keep their places.
+    """
     t = seconds(score.frames)
 
     def drift(name: str) -> np.ndarray:
@@ -38,10 +41,13 @@ def natural(score: Score, stream: Stream) -> Score:
         return replace(
             score, paws={limb: replace(paw, drift=drift(limb)) for limb, paw in score.paws.items()}
         )
+    feet = score.feet
+    if score.stairs is None:
+        feet = {side: replace(foot, drift=drift(side)) for side, foot in feet.items()}
     return replace(
         score,
         slack=_SLACK,
-        feet={side: replace(foot, drift=drift(side)) for side, foot in score.feet.items()},
+        feet=feet,
         hands={side: _trembling(hand, stream.part("hand", side)) for side, hand in score.hands.items()},
     )
 
