@@ -116,7 +116,7 @@ def main() -> None:
         rows[name] = row(recorded(Path(folder)))
     print(f"| | {' | '.join(rows)} |\n|---{'|---' * len(rows)}|")
     for column, *values in zip(COLUMNS, *rows.values(), strict=True):
-        print(f"| {column} | {' | '.join(f'{value:.3g}' for value in values)} |")
+        print(f"| {column} | {' | '.join(f'{value:.3f}'.rstrip('0').rstrip('.') for value in values)} |")
 
 
 if __name__ == "__main__":
