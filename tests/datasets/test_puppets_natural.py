@@ -88,7 +88,7 @@ def test_feet_are_never_quite_still_and_stay_where_contacts_are_found() -> None:
                 assert np.abs(apart[:, 1]).max() < 1e-6, info.id
                 assert np.linalg.norm(apart, axis=-1).max() < 0.005 * case.target.height, info.id
             moved[motion is case.source] = foot[rests] - foot[rests][0]
-        assert 1e-4 < restlessness(case.reference, case.contacts) < 1.6e-3, info.id
+        assert 1e-4 < restlessness(case.reference, case.contacts) < 2e-3, info.id
         if info.kind == "stand":
             shares = [np.linalg.norm(moved[whose], axis=-1).max() for whose in (True, False)]
             legs = [each.measures.leg_length for each in (case.source.character, case.target)]

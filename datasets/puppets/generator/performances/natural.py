@@ -15,8 +15,10 @@ from .score import DogScore, Hand, Score
 
 _SLACK = 0.15
 """Of ``Score``: knees bend by 4 degrees at least and elbows by 3, instead of 10 and 8."""
-_DRIFT, _SLOWLY = 0.002, (0.2, 1.2)
-"""Leg lengths and hertz of ``wander``: feet are 2 mm beside their places on average, on a leg of 0.92 m."""
+_DRIFT, _MOST, _SLOWLY = 0.0025, 0.004, (0.2, 1.2)
+"""Leg lengths and hertz of ``wander``, and what it is eased below in each direction: on a leg of 0.92 m
+feet are 2 mm beside their places on average and 5 mm at most, on every body within half a per cent of its
+height."""
 _TREMOR = (6.5, 11.0)
 """Hertz, of quick movements of the hands."""
 _STILL, _MOVING = 0.045, 0.15
@@ -35,7 +37,8 @@ def natural(score: Score, stream: Stream) -> Score:
 
     def drift(name: str) -> np.ndarray:
         part = stream.part("drift", name)
-        return np.stack([wander(part, t, _DRIFT, *_SLOWLY) for _ in "xz"], axis=-1)
+        wandering = np.stack([wander(part, t, _DRIFT, *_SLOWLY) for _ in "xz"], axis=-1)
+        return _MOST * np.tanh(wandering / _MOST)
 
     if isinstance(score, DogScore):
         return replace(
