@@ -17,6 +17,10 @@ from retarget_bench.training.lazy_clips import LazyClips
 VERSION = "3"
 """Of the generator: moves when any motion or list does."""
 
+Version = Literal["1.0", "1.1"]
+"""Of the performances: as designed, or with what recorded people have beside."""
+Source = Literal["exact", "captured"]
+"""Of the sources of cases: as performed, or with the noise of motion capture."""
 Size = Literal["tiny", "default", "large", "kinds"]
 Part = Literal["test", "validation"]
 Surface = Literal["bare", "clothed"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -14,7 +14,20 @@ from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from .contract import USUAL, VERSION, Corpus, Labels, Manner, Part, Size, Surface, Training, absent
+from .contract import (
+    USUAL,
+    VERSION,
+    Corpus,
+    Labels,
+    Manner,
+    Part,
+    Size,
+    Source,
+    Surface,
+    Training,
+    Version,
+    absent,
+)
 from .frozen import Frozen
 
 if TYPE_CHECKING:  # the generator is imported where it is needed alone
@@ -39,7 +52,9 @@ class Puppets(Dataset):
     and in every case a body that training goes without. seed: of the performances and of drawn bodies.
     bodies: so many drawn training bodies beside the cast's, in no case. between: ``structures``, or
     ``legs``: from people to dogs and back, without references. flesh: surface of everybody, ``bare`` skin
-    or ``clothed``; motion and joints do not depend on it.
+    or ``clothed``; motion and joints do not depend on it. version: 1.1 has in addition limbs that
+    straighten, feet that are never quite still and unsteady hands. source: ``captured`` puts the noise of
+    motion capture on the sources of cases.
     """
 
     card = DatasetCard(
@@ -62,6 +77,10 @@ class Puppets(Dataset):
             "answers are compared with the test's own motion as sets (FID), by kind: idle, move and sit",
             "flesh": "surface of all bodies: bare, or clothed (the same vertices moved outward, as loose "
             "cloth lies); motion, joints and cases are the same",
+            "version": "1.0, or 1.1: the same cases of the same performances, with limbs that straighten, "
+            "feet that are never quite still, and hands that are never quite steady",
+            "source": "exact, or captured: sources of cases have the noise of motion capture (jitter, a "
+            "foot that sinks, a leg measured too long), references and training have none",
         },
     )
 
@@ -73,6 +92,8 @@ class Puppets(Dataset):
         between: Literal["structures", "legs"] = "structures",
         bodies: int = 0,
         flesh: Surface = "bare",
+        version: Version = "1.0",
+        source: Source = "exact",
     ) -> None:
         if size not in get_args(Size):
             raise BenchError(f"puppets: there is no size {size!r}; sizes are {', '.join(get_args(Size))}")
@@ -82,17 +103,24 @@ class Puppets(Dataset):
             raise BenchError(f"puppets: cases are between structures or legs, and not between={between}")
         if flesh not in get_args(Surface):
             raise BenchError(f"puppets: flesh is bare or clothed, and not {flesh}")
+        if version not in get_args(Version):
+            raise BenchError(
+                f"puppets: there is no version {version!r}; versions are {', '.join(get_args(Version))}"
+            )
+        if source not in get_args(Source):
+            raise BenchError(f"puppets: source is exact or captured, and not {source}")
         if not 0 <= bodies <= MOST_BODIES:
             raise BenchError(f"puppets: bodies={bodies}; 0 to {MOST_BODIES} may be drawn")
         self.size, self.part, self.seed, self._legs = size, part, seed, between == "legs"
         self._drawn, self._flesh = bodies, flesh
+        self._version, self._source = version, source
         if self._legs:  # only these cases have no references
             self.card, self.real = replace(self.card, splits=usual_splits("cross")), self._real
 
     @cached_property
     def _corpus(self) -> Corpus:
-        shipped = (self.size, self.seed, self._drawn, self._flesh) == ("tiny", 0, 0, "bare")
-        return Frozen(self.part) if shipped else self._generated
+        make = (self.size, self.seed, self._drawn, self._flesh, self._version)
+        return Frozen(self.part) if make == ("tiny", 0, 0, "bare", "1.0") else self._generated
 
     @cached_property
     def _generated(self) -> Generated:
@@ -106,20 +134,24 @@ class Puppets(Dataset):
                 "is missing, and makes all but the cases and training clips of puppets[size=tiny]; "
                 "use these, or install the package again",
             ) from error
-        return Generated(self.size, self.part, self.seed, self._drawn, self._flesh)
+        return Generated(self.size, self.part, self.seed, self._drawn, self._flesh, self._version)
 
     @property
     def content(self) -> str:
         text = f"puppets generator {VERSION}, size {self.size}, part {self.part}, seed {self.seed}"
         text = f"{text}, between legs" if self._legs else text
-        return f"{text}{self._corpus.variant}"
+        text = f"{text}{self._corpus.variant}"
+        return text if self._source == "exact" else f"{text}, source {self._source}"
 
     @property
     def label(self) -> str:
-        name = f"{RELEASE} {self.size}" if self.seed == 0 else f"puppets {self.size}, seed {self.seed}"
+        release = RELEASE if self._version == "1.0" else f"puppets-{self._version}"
+        name = f"{release} {self.size}" if self.seed == 0 else f"puppets {self.size}, seed {self.seed}"
+        name += f", version {self._version}" if self.seed and self._version != "1.0" else ""
         name += ", between legs" if self._legs else ""
         name += ", clothed" if self._flesh == "clothed" else ""
         name += f", {self._drawn} bodies drawn" if self._drawn else ""
+        name += ", sources captured" if self._source == "captured" else ""
         return name if self.part == "test" else f"{name}, {self.part}"
 
     @property
@@ -154,6 +186,9 @@ class Puppets(Dataset):
         case = self._corpus.load(info)
         if case.reference is None and not self._legs:
             raise absent(info, self.size, self.part)
+        if self._source == "captured":
+            assert isinstance(case.source, Motion)
+            return replace(case, source=self._generated.captured(info, case.source))
         return case
 
     def _real(self, task: str, structure: str) -> Sequence[CaseInfo]:
@@ -182,10 +217,15 @@ class Puppets(Dataset):
 
     def parts(self) -> Mapping[str, Puppets]:
         """The same corpus, part by part."""
-        return {
-            "test": Puppets(self.size, "test", self.seed, flesh=self._flesh),
-            "validation": Puppets(self.size, "validation", self.seed, flesh=self._flesh),
-        }
+        make = partial(
+            Puppets,
+            self.size,
+            seed=self.seed,
+            flesh=self._flesh,
+            version=self._version,
+            source=self._source,
+        )
+        return {part: make(part=part) for part in get_args(Part)}
 
     def validation(self) -> Puppets:
         """The validation part: each of its cases has a body that ``training`` does not have."""

@@ -258,6 +258,8 @@ def test_the_embedded_data_needs_nothing_of_the_generator_and_keeps_nothing(tmp_
     [
         lambda: Puppets(size="default").content,
         lambda: Puppets(flesh="clothed").characters(),
+        lambda: Puppets(version="1.1").content,
+        lambda: (captured := Puppets(source="captured")).load(captured.cases("retarget", "self")[0]),
         lambda: Puppets().training_pairs(),
         lambda: Puppets().matched(),
     ],

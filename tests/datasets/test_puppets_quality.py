@@ -1,5 +1,5 @@
 """What every puppet motion promises, measured in every kind: on every third body, other ones in the next
-kind, and on every body in tests marked slow.
+kind, and on every body in tests marked slow; of version 1.1 in some kinds, and in all in tests marked slow.
 
 Everything is measured on motions as the engine plays them, but for the parts that a rig does not have (the
 toes of ``h36m17``); what was meant is taken from the scores.
@@ -8,15 +8,18 @@ toes of ``h36m17``); what was meant is taken from the scores.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import get_args
 
 import numpy as np
 import pytest
 from puppet_takes import Take, played
 
+from retarget_bench.datasets.puppets.contract import Version
 from retarget_bench.datasets.puppets.generator.bodies import rigs
 from retarget_bench.datasets.puppets.generator.bodies.characters import BODIES
 from retarget_bench.datasets.puppets.generator.bodies.structures import Body
 from retarget_bench.datasets.puppets.generator.conventions import SIDES, sign
+from retarget_bench.datasets.puppets.generator.performances.natural import natural
 from retarget_bench.datasets.puppets.generator.performances.people import KINDS
 from retarget_bench.datasets.puppets.generator.randomness import Stream
 from retarget_bench.datasets.puppets.generator.solver.limbs import centre_of_mass
@@ -31,6 +34,8 @@ CLIPS = 4
 """Of each kind; each body performs one of them."""
 FRAMES = 100
 SHARES = 3
+NATURAL = ("walk", "walk_backwards", "jog", "punch", "touch_toe", "sit", "crawl", "stairs_down")
+"""Kinds with what 1.1 has to offer: long steps, stretched arms, touches, knees and hands on the floor."""
 
 
 @pytest.fixture(scope="module")
@@ -47,15 +52,24 @@ def asked(kind: str, share: int) -> list[tuple[int, Body]]:
 @pytest.fixture(
     scope="module",
     params=[
-        *(pytest.param((kind, SHARES), id=kind) for kind in KINDS),
-        *(pytest.param((kind, 1), id=f"{kind}-all", marks=pytest.mark.slow) for kind in KINDS),
+        *(pytest.param((kind, SHARES, "1.0"), id=kind) for kind in KINDS),
+        *(pytest.param((kind, SHARES, "1.1"), id=f"{kind}-natural") for kind in NATURAL),
+        *(
+            pytest.param((kind, 1, version), id=f"{kind}-all-{version}", marks=pytest.mark.slow)
+            for kind in KINDS
+            for version in get_args(Version)
+        ),
     ],
 )
 def takes(request: pytest.FixtureRequest, rigged: dict[str, Character]) -> list[Take]:
     """Bodies in one clip of a kind each; who cannot reach what it asks is left out, as in the corpus."""
-    (kind, share), performances = request.param, []
+    (kind, share, version), performances = request.param, []
     names = [f"{kind}-{number}" for number in range(CLIPS)]
     scores = [KINDS[kind](Stream("puppets", "quality", name), FRAMES) for name in names]
+    if version != "1.0":
+        scores = [
+            natural(score, Stream("quality", name)) for score, name in zip(scores, names, strict=True)
+        ]
     for number, body in asked(kind, share):
         score, who = scores[number % CLIPS], rigged[body.name]
         solution = solve(score, body)
@@ -68,7 +82,7 @@ def takes(request: pytest.FixtureRequest, rigged: dict[str, Character]) -> list[
 def test_few_bodies_cannot_do_what_is_asked(request: pytest.FixtureRequest, takes: list[Take]) -> None:
     """And those are caricatures: people reach wherever people reach."""
     able = {take.body.name for take in takes}
-    bodies = {body.name for _, body in asked(*request.node.callspec.params["takes"])}
+    bodies = {body.name for _, body in asked(*request.node.callspec.params["takes"][:2])}
     people = bodies & {
         "ada",
         "boris",
@@ -86,10 +100,15 @@ def test_few_bodies_cannot_do_what_is_asked(request: pytest.FixtureRequest, take
     assert len(able) >= 0.7 * len(bodies)
 
 
+def slow(take: Take) -> float:
+    """Metres that a resting foot may move in a frame: 1 mm, in 1.1 half as much again on a usual leg."""
+    return 1e-3 if take.score.slack == 1.0 else max(take.body.proportions.leg / 0.92, 1.0) * 1.5e-3
+
+
 def test_planted_feet_stay_where_they_are(takes: list[Take]) -> None:
     for take in takes:
         steps = np.linalg.norm(np.diff(take.joints(CONTACT_ROLES), axis=0), axis=-1)
-        assert steps[take.solution.planted[1:]].max(initial=0.0) < 1e-3, take.name
+        assert steps[take.solution.planted[1:]].max(initial=0.0) < slow(take), take.name
 
 
 def test_labels_miss_no_contact(takes: list[Take]) -> None:
@@ -111,9 +130,9 @@ def test_a_raised_heel_turns_about_the_toe(takes: list[Take]) -> None:
             assert np.ptp(np.linalg.norm(toe - ankle, axis=-1)) < 1e-9, take.name
             pivoting = take.solution.planted[:, column + 1] & ~take.solution.planted[:, column]
             raised = pivoting & (ankle[:, 1] > 1.3 * take.body.proportions.ankle + _level(take))
-            assert np.linalg.norm(np.diff(toe, axis=0), axis=-1)[raised[1:]].max(initial=0.0) < 1e-3, (
-                take.name
-            )
+            assert np.linalg.norm(np.diff(toe, axis=0), axis=-1)[raised[1:]].max(initial=0.0) < slow(
+                take
+            ), take.name
 
 
 def _level(take: Take) -> float:
@@ -196,19 +215,15 @@ def test_knees_and_hands_rest_on_the_floor(takes: list[Take]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("joints", "least", "most"),
-    [(("up_leg", "leg", "foot"), 5.0, 150.0), (("arm", "forearm", "hand"), 5.0, 150.0)],
-    ids=["knee", "elbow"],
+    "joints", [("up_leg", "leg", "foot"), ("arm", "forearm", "hand")], ids=["knee", "elbow"]
 )
-def test_knees_and_elbows_bend_one_way(
-    takes: list[Take], joints: tuple[str, str, str], least: float, most: float
-) -> None:
+def test_knees_and_elbows_bend_one_way(takes: list[Take], joints: tuple[str, str, str]) -> None:
     for take in takes:
         for side in SIDES:
             top, middle, end = (f"{side}_{joint}" for joint in joints)
             angle = take.bend(top, middle, end)
-            assert least < angle.min(), take.name
-            assert angle.max() < most, take.name
+            assert angle.min() > (5.0 if take.score.slack == 1.0 else 2.0), take.name
+            assert angle.max() < 150.0, take.name
             # the hinge that the T-pose gives: knees turn the shank back, elbows the forearm forward
             hinge = (
                 np.array([1.0, 0.0, 0.0])

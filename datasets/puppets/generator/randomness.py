@@ -45,6 +45,12 @@ class Stream:
         value = math.sqrt(-2.0 * math.log(1.0 - first)) * math.cos(2.0 * math.pi * second)
         return spread * min(max(value, -2.5), 2.5)
 
+    def normals(self, *shape: int) -> np.ndarray:
+        """An array of numbers as of ``normal``."""
+        raw = self._bits.random_raw(2 * math.prod(shape)).reshape(2, *shape)
+        first, second = (raw >> np.uint64(11)) * 2.0**-53
+        return np.clip(np.sqrt(-2.0 * np.log(1.0 - first)) * np.cos(2.0 * np.pi * second), -2.5, 2.5)
+
     def choice(self, options: Sequence[T]) -> T:
         return options[int(self._units(1)[0] * len(options))]
 

@@ -1,7 +1,7 @@
 """Clips solved for bodies on demand, with their labels, and the training set made of them."""
 
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -9,12 +9,14 @@ from retarget_bench.api import Contacts, Touch
 from retarget_bench.errors import Unusable
 from retarget_bench.motion.motion import Motion
 
-from ...contract import USUAL, Cast, Clips, Labels, Manner, Surface, Training, in_double
+from ...contract import USUAL, Cast, Clips, Labels, Manner, Surface, Training, Version, in_double
 from ..bodies import rigs
 from ..bodies.structures import Body
 from ..cache import Arrays, cached
 from ..conventions import FPS
+from ..performances.natural import natural
 from ..performances.score import Score
+from ..randomness import Stream
 from ..solver.hands import contact_rests
 from ..solver.reach import out_of_reach
 from ..solver.solve import solve
@@ -74,8 +76,11 @@ def self_touches(rests: Rests, body: Body) -> tuple[Touch, ...]:
 _HELD = 64
 
 
-def _score(clip: Clip) -> Score:
-    return clip.score()
+def _score(version: Version, clip: Clip) -> Score:
+    score = clip.score()
+    if version == "1.0":
+        return score
+    return natural(score, Stream("puppets", clip.seed, clip.name, "natural"))
 
 
 class ClipSolver:
@@ -84,6 +89,7 @@ class ClipSolver:
     identity: of everything that decides a motion beside the clip's and the body's names.
     drawn:    training bodies beside the cast's (``training_bodies.py``), and drawn_identity: of these.
     surface:  of all characters; it changes no motion.
+    version:  of the performances.
     """
 
     def __init__(
@@ -92,6 +98,7 @@ class ClipSolver:
         drawn: Mapping[str, Body] | None = None,
         drawn_identity: str = "",
         surface: Surface = "bare",
+        version: Version = "1.0",
     ) -> None:
         self.identity, self.drawn = identity, drawn or {}
         self.drawn_identity = drawn_identity
@@ -99,7 +106,7 @@ class ClipSolver:
         self.cast = Cast(self.bodies, lambda name: rigs.character(self.bodies[name], surface))
         self._arrays = lru_cache(maxsize=_HELD)(self._cached)
         # whatever kind of clip it is
-        self.score = lru_cache(maxsize=_HELD)(_score)
+        self.score = lru_cache(maxsize=_HELD)(partial(_score, version))
 
     def motion(self, clip: Clip, name: str, manner: Manner = USUAL) -> Motion:
         """Raises Unusable where a drawn body cannot do the clip."""

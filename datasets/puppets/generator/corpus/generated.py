@@ -10,10 +10,24 @@ from retarget_bench.api import Case, CaseInfo
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from ...contract import SECOND, USUAL, VERSION, Labels, Manner, Part, Size, Surface, Training, absent
+from ...contract import (
+    SECOND,
+    USUAL,
+    VERSION,
+    Labels,
+    Manner,
+    Part,
+    Size,
+    Surface,
+    Training,
+    Version,
+    absent,
+)
 from ..bodies import clothes
+from ..randomness import Stream
 from ..solver.reach import ground
 from . import matched, training_bodies
+from .capture import captured
 from .cases import between_legs, case_infos, performers, real_motions
 from .clip_solver import ClipSolver, labels, own_rests, self_touches, training
 from .clips import Clip, clips, unable
@@ -22,24 +36,39 @@ from .pairs import Pairs
 
 
 class Generated:
-    """One part of a corpus (``contract.py``) of any size, seed, number of drawn bodies and surface."""
+    """One part of a corpus (``contract.py``) of any size, seed and make.
+
+    Lists of clips and cases, and who is left out of them, are the same in both versions.
+    """
 
     def __init__(
-        self, size: Size, part: Part = "test", seed: int = 0, drawn: int = 0, surface: Surface = "bare"
+        self,
+        size: Size,
+        part: Part = "test",
+        seed: int = 0,
+        drawn: int = 0,
+        surface: Surface = "bare",
+        version: Version = "1.0",
     ) -> None:
         self.size, self.part, self.seed = size, part, seed
-        self._drawn, self._surface = drawn, surface
+        self._drawn, self._surface, self._version = drawn, surface, version
         self.solver = ClipSolver(
-            f"puppets generator {VERSION}, seed {seed}",
+            f"puppets generator {VERSION}, seed {seed}{self._release}",
             training_bodies.training_bodies(seed, drawn),
             f", bodies {training_bodies.VERSION}",
             surface,
+            version,
         )
+
+    @property
+    def _release(self) -> str:
+        return "" if self._version == "1.0" else f", release {self._version}"
 
     @property
     def variant(self) -> str:
         clothed = f", clothed {clothes.VERSION}" if self._surface == "clothed" else ""
-        return f"{clothed}, {self._drawn} bodies {training_bodies.VERSION}" if self._drawn else clothed
+        drawn = f", {self._drawn} bodies {training_bodies.VERSION}" if self._drawn else ""
+        return f"{self._release}{clothed}{drawn}"
 
     @property
     def bodies(self) -> int:
@@ -81,6 +110,10 @@ class Generated:
             alternative=self.solver.motion(clip, info.target, SECOND),
             touches=self_touches(own_rests(self.solver.score(clip)), clip.family.bodies[info.target]),
         )
+
+    def captured(self, info: CaseInfo, source: Motion) -> Motion:
+        """The source of a case as a recording would have it (``capture.py``)."""
+        return captured(source, Stream("puppets", self.seed, info.clip, info.source, "captured"))
 
     def _clip(self, info: CaseInfo) -> Clip:
         clip = self._clips.get(info.clip)

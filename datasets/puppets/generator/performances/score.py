@@ -81,13 +81,15 @@ class Foot:
     """contacts: in time order, the first striking before frame 0. heel: ``(frames,)`` how far the heel is
     raised about the toe while the foot stays planted; exactly 0 elsewhere. air: a way through the air.
     kneel: ``(frames,)`` 1: the knee rests on the floor before the toes, which stay where the contacts are.
-    bears: ``(frames,)`` below 1 where a kneeling knee is on its way and bears nothing."""
+    bears: ``(frames,)`` below 1 where a kneeling knee is on its way and bears nothing.
+    drift: ``(frames, 2)`` (x, z) by which the foot is beside its contacts, leg lengths: slow and small."""
 
     contacts: tuple[FootContact, ...]
     heel: np.ndarray
     air: Air | None = None
     kneel: np.ndarray | None = None
     bears: np.ndarray | None = None
+    drift: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,6 +221,7 @@ class Score:
     phase:   ``(frames,)`` how far along: 0 to 1 within an act, or turns of a cycle; nothing: even progress.
     sit_back: ``(frames,)`` how far the thighs of kneeling legs lean back from upright, radians.
     prone:   ``(frames,)`` 1: the trunk is laid forward until straight arms reach the floor, on all fours.
+    slack:   share of their usual least bend that legs and arms keep at full stretch.
     """
 
     kind: str
@@ -238,6 +241,7 @@ class Score:
     phase: np.ndarray | None = None
     sit_back: np.ndarray | None = None
     prone: np.ndarray | None = None
+    slack: float = 1.0
 
     @property
     def frames(self) -> int:
@@ -302,11 +306,13 @@ class PawAir:
 class Paw:
     """contacts: in time order.
 
-    flat: ``(frames,)`` 1 where the joint over the paw rests on the floor, too."""
+    flat: ``(frames,)`` 1 where the joint over the paw rests on the floor, too.
+    drift: as of ``Foot``."""
 
     contacts: tuple[PawContact, ...]
     flat: np.ndarray
     air: PawAir | None = None
+    drift: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

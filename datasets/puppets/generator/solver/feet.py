@@ -82,6 +82,8 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
     # a raised heel turns about the toe, whichever point the sole rested on
     pivot = np.where(raised, pivot + _turned(toe - on_foot, np.zeros(frames), yaw), pivot)
     ankle = pivot - _turned(np.where(raised, toe, on_foot), pitch, yaw)
+    if foot.drift is not None:
+        ankle[:, 0::2] += body.proportions.leg * foot.drift
     floor = level * body.proportions.leg
     ankle[:, 1] += np.where(swinging, _clearing(ankle[:, 1] - floor, pitch, bent, body), 0.0)
     planted = _planted(foot, t)

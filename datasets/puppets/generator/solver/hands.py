@@ -93,7 +93,7 @@ class Arm:
 
     def __init__(self, score: Score, side: str, body: Body, elbows: float) -> None:
         hand, trunk, frames = score.hands[side], score.trunk, score.frames
-        self.side, self.limb = side, arm_limb(side, body)
+        self.side, self.limb = side, arm_limb(side, body, score.slack)
         # (frames, 3) metres from the chest's joint, in its axes and in the world's: added up, they are
         # where a free hand goes
         shoulder = body.reach(f"{side}_arm", body.structure.chest)

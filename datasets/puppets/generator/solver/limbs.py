@@ -118,16 +118,23 @@ def _within(distance: np.ndarray, limb: Limb) -> np.ndarray:
 X, Y, Z = np.eye(3)
 
 
+def _exact(share: float, slack: float) -> float:
+    """``Limb.exact`` of a limb that keeps a part of the bend which it has at a share of its length."""
+    return share + (1.0 - slack) * (1.0 - share)
+
+
 @cache
-def leg_limb(body: Body) -> Limb:
-    """Thigh and shank of either side of a person: both knees bend forward."""
+def leg_limb(body: Body, slack: float = 1.0) -> Limb:
+    """Thigh and shank of either side of a person: both knees bend forward. slack: of ``Score``."""
     p, bones, hinges = body.proportions, np.stack([-Y, -Y]), np.stack([X, X])
-    return Limb(bones, hinges, p.thigh, p.shank, ease=-Y, natural=X, tightest=np.radians(28.0), exact=0.996)
+    exact = _exact(0.996, slack)
+    return Limb(bones, hinges, p.thigh, p.shank, ease=-Y, natural=X, tightest=np.radians(28.0), exact=exact)
 
 
 @cache
-def arm_limb(side: str, body: Body) -> Limb:
-    """Upper arm and forearm: easy reach is forward, down and a little outward, elbow behind and below."""
+def arm_limb(side: str, body: Body, slack: float = 1.0) -> Limb:
+    """Upper arm and forearm: easy reach is forward, down and a little outward, elbow behind and below.
+    slack: of ``Score``."""
     p, out = body.proportions, sign(side)
     ease = unit(np.array([0.45 * out, -0.25, 0.85]))
     elbow = np.array([0.25 * out, -0.7, -0.65])
@@ -140,7 +147,7 @@ def arm_limb(side: str, body: Body) -> Limb:
         ease=ease,
         natural=np.cross(elbow, ease),
         tightest=np.radians(32.0),
-        exact=0.985,
+        exact=_exact(0.985, slack),
     )
 
 

@@ -109,6 +109,8 @@ def paw_path(paw: Paw, limb: str, body: Body, ends: dict[str, End]) -> PawPath:
             yaw += part * (spots[k + 1][1] - spots[k][1])
             up += contact.lift_height * leg * bump(share)
             pitch += contact.curl * bump(share) + _between(contact, after, t)
+    if paw.drift is not None:
+        place += leg * paw.drift
     tips = np.stack([place[:, 0], up, place[:, 1]], axis=-1)
     pitch = pitch - paw.flat * _lying(tip, THICK * leg)
     orientation = about(1, yaw) @ about(0, pitch)

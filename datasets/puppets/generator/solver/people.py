@@ -162,7 +162,8 @@ class Person:
         self.crouch = self.crouch + hands.crouching(score, pose.short)
 
     def _set_pelvis(self, pose: Pose) -> None:
-        score, leg, limb = self.score, self.body.proportions.leg, leg_limb(self.body)
+        score, leg = self.score, self.body.proportions.leg
+        limb = leg_limb(self.body, score.slack)
         middle, length = self.middle.copy(), limb.exact * limb.longest
         middle[:, 0::2] += self.shift
         middle[:, 1] -= _up_to(_MOST_LOW * leg, self.low) + _up_to(_MOST_CROUCH * leg, self.crouch)
@@ -171,7 +172,7 @@ class Person:
         rise = np.sqrt(np.maximum(length * length - flat, 0.01 * length * length))
         caps = ankles[..., 1] + rise - self.to_hips[..., 1] + 0.5 * leg * self.free
         cap = lower_envelope(np.minimum(caps[0], caps[1]), 2)
-        reached = soft_min(middle[:, 1], cap, 0.008 * leg)
+        reached = soft_min(middle[:, 1], cap, 0.008 * leg * score.slack)
         if score.flights:
             # a flight goes as it was wanted, moved so that both ends fit
             reached = _chords(score.flights, reached - middle[:, 1]) + middle[:, 1]
@@ -191,7 +192,7 @@ class Person:
     def _set_legs(self, pose: Pose) -> None:
         """Thighs, shanks, feet and toes."""
         score, body, feet = self.score, self.body, self.paths
-        limbs, hips, hip = (leg_limb(body),) * 2, pose.of("hips"), pose.both("up_leg")
+        limbs, hips, hip = (leg_limb(body, score.slack),) * 2, pose.of("hips"), pose.both("up_leg")
         goal = np.stack(
             [air_ankle(score, side, at, feet[side], body) for side, at in zip(SIDES, hip, strict=True)]
         )
