@@ -16,7 +16,7 @@ from retarget_bench.motion.ground import ground_height
 
 RADIUS = 0.005
 """Heights: a foot within this of one place stays there; ``SOURCE`` says why. Exact references keep feet to
-a millimetre."""
+a millimetre, or drift by a few (``puppets[version=1.1]``)."""
 
 LEVEL = RADIUS
 """Heights: how far above or below its right height a foot may stand."""
