@@ -15,7 +15,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "metrics"))
-from corruptions import HARMS, Crowd, people_in, seen, structure_in
+from corruptions import HARMS, Crowd, another, people_in, seen, structure_in
 
 from retarget_bench.plugins import registry
 
@@ -42,7 +42,8 @@ def people(crowds: dict[str, Crowd]) -> None:
     print("|---|", *("---|" for _ in crowds))
     print("| windows in each half |", *(f"{crowd.sets().n} |" for crowd in crowds.values()))
     print("| floor |", *(f"{crowd.notice():.2f} |" for crowd in crowds.values()))
-    for name, (harm, amounts) in tqdm(HARMS.items(), leave=False, disable=None):
+    rows = {**HARMS, "another clip": (another, (1.0,))}
+    for name, (harm, amounts) in tqdm(rows.items(), leave=False, disable=None):
         cells = []
         for crowd in crowds.values():
             pairs = [crowd.times(harm, amount) for amount in amounts]

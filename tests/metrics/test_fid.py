@@ -44,8 +44,8 @@ LEAST = {"mirrored": 1.0, "times warped, share of the speed": 1.0, "a foot leaps
 is natural, and a single frame, or a change of pace that cancels out, is for other columns to see."""
 
 
-NOISE = 0.002
-"""Floors: what jitter of a third of a millimetre may take away as well as add."""
+NOISE = 0.03
+"""Floors: what harm that is hardly visible may take away as well as add."""
 
 
 def check_harms(crowd: Crowd) -> None:
@@ -174,9 +174,11 @@ def test_no_two_windows_of_the_two_halves_share_a_frame():
     assert sum(a != b for a, b in pairwise(sides)) >= 7  # stretches by turns, not halves
 
 
-def test_clips_begin_with_either_half_about_equally_often():
-    _, _, half_at = stretches_of({f"c{number}": 20 for number in range(20)}, Stretches(4, 15))
-    assert sum(half_at[f"c{number}", 0] for number in range(20)) == 10
+def test_clips_of_one_length_are_dealt_alike_and_others_by_turns():
+    """So that the right motion of another clip is compared with other stretches than its own, too."""
+    _, _, half_at = stretches_of({f"c{number}": 15 + number for number in range(12)}, Stretches(4, 15))
+    begin = [half_at[f"c{number}", 0] for number in range(12)]
+    assert begin == [0] * 3 + [1] * 6 + [0] * 3
 
 
 def test_the_same_stretch_of_two_bodies_is_on_one_side():

@@ -31,6 +31,8 @@ MOST = 1200
 BINS = 10
 """Stretches of root speed from which equally many windows are drawn, as far as they go."""
 SEED = 0
+ALIKE = 6
+"""Windows: clips whose numbers of them differ by less are of about the same length."""
 
 Window = tuple[str, int]
 """A case and the number of one of its windows."""
@@ -159,21 +161,21 @@ def by_turns(
     """(clip, window) -> 0 or 1, an odd number of stretches by turns, the same for all bodies of a clip.
 
     So what is played backwards is compared with other stretches than its own, too. Windows across two
-    stretches are left out, and with them clips that are too short for three. Every other clip, by chance,
-    begins with the other half.
+    stretches are left out, and with them clips that are too short for three. Clips of about equally many
+    windows begin with the same half: if they stand for one another, they are compared with other stretches.
     """
     counts: dict[str, int] = {}
     for case, at in rows:
         clip = infos[case].clip
         counts[clip] = max(counts.get(clip, 0), at + 1)
     sides: dict[tuple[str, int], int] = {}
-    for number, clip in enumerate(sorted(counts, key=_chance)):
-        steps = counts[clip] + stretches.overlap - 1
+    for clip, count in counts.items():
+        steps = count + stretches.overlap - 1
         many = 2 * max(1, round((steps / stretches.length - 1) / 2)) + 1
         stretch = np.arange(steps) * many // steps
-        for at in range(counts[clip]):
+        for at in range(count):
             if stretch[at] == stretch[at + stretches.overlap - 1]:
-                sides[clip, at] = int(number + stretch[at]) % 2
+                sides[clip, at] = int(count // ALIKE + stretch[at]) % 2
     return sides
 
 
