@@ -42,8 +42,10 @@ BLUR = np.exp(-0.5 * np.arange(-3, 4) ** 2)
 FEET = ("left_foot", "right_foot")
 LIMBS = {"arm": ("arm", "forearm", "hand"), "leg": ("up_leg", "leg", "foot")}
 ENDS = ("head", *HANDS, *FEET)
-UPRIGHT = {"head": 0.4, "foot": -0.45, "hips": 0.5, "arm": 0.33, "leg": 0.45}
-"""Heights and lengths of a person who stands, in heights: what features are 0 at."""
+UPRIGHT = {"head": 0.4, "foot": -0.45, "hips": 0.5, "ankle": 0.05, "arm": 0.33, "leg": 0.45}
+"""Heights and lengths of a person who stands, in heights, where features are 0: KID is not blind to that."""
+LIVELY = 0.4
+"""Heights a second: the speed of a hand, say, at which *life* is 0."""
 
 
 def unfit(character: Character) -> str:
@@ -91,7 +93,7 @@ def _shape(at: dict[str, np.ndarray], turn: np.ndarray) -> Iterator[np.ndarray]:
         yield from away.T / 0.4
     lower = np.minimum(*(at[foot][:, 1] for foot in FEET))
     yield (at["hips"][:, 1] - lower - UPRIGHT["hips"]) / 0.3
-    yield 5.0 * np.tanh(lower / 0.1)
+    yield 5.0 * (np.tanh(lower / 0.1) - np.tanh(UPRIGHT["ankle"] / 0.1))
 
 
 def _movement(
@@ -109,7 +111,7 @@ def _movement(
     yield 1.5 * np.arcsinh(past / 0.2) * np.tanh((at[left] - at[right])[:, 1] / 0.03)
     standing = (*FEET, *HANDS) if four_legged else FEET
     yield 3.0 * np.tanh(np.min([speed[role] for role in standing], axis=0) / 0.1)
-    yield np.arcsinh(np.max(list(speed.values()), axis=0) / 0.02)
+    yield np.arcsinh(np.max(list(speed.values()), axis=0) / 0.02) - np.arcsinh(LIVELY / 0.02)
 
 
 def _limbs(at: dict[str, np.ndarray]) -> Iterator[np.ndarray]:
