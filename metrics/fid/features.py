@@ -43,7 +43,7 @@ FEET = ("left_foot", "right_foot")
 LIMBS = {"arm": ("arm", "forearm", "hand"), "leg": ("up_leg", "leg", "foot")}
 ENDS = ("head", *HANDS, *FEET)
 UPRIGHT = {"head": 0.4, "foot": -0.45, "hips": 0.5, "ankle": 0.05, "arm": 0.33, "leg": 0.45}
-"""Heights and lengths of a person who stands, in heights, where features are 0: KID is not blind to that."""
+"""Heights and lengths of a person who stands, in heights, where features are 0: KID sees from there."""
 LIVELY = 0.4
 """Heights a second: the speed of a hand, say, at which *life* is 0."""
 
