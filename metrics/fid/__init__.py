@@ -20,21 +20,23 @@ from retarget_bench.errors import NotSupported
 from . import features as windows
 from .frechet import Frechet
 
-FEATURES = 38
+FEATURES = 43
 PER_DIMENSION = 4
 """Windows per feature below which no value is given."""
 
 SETS = (
-    "windows of 16 frames at 30 per second, one every 4 frames, of all cases of one split {}; features: 38 "
+    "windows of 16 frames at 30 per second, one every 4 frames, of all cases of one split {}; features: 43 "
     "kinetic and geometric ones of hips, head, arms and legs, in units that are the same for all data "
-    "(metrics/fid/features.py); every clip is cut into an odd number of stretches of about two seconds, "
-    "which are dealt by turns into two halves (clips below 48 frames are left out), and the real windows "
-    "of one half are compared with the generated windows of the other, both ways, and averaged; from "
-    "either half the same number n of windows, at most 1,200, is drawn as evenly over the root speed of "
-    "the real motion as they allow, one per target, clip and frame; the floor is the same with the "
-    "references of the generated windows in their place, so that the references themselves score exactly "
-    "the floor; the interval is that of what lies beyond the floor, by a delete-a-group jackknife over "
+    "(metrics/fid/features.py); every clip is cut into an even number of stretches of about two seconds, "
+    "which are dealt by turns into two halves; from either half the same number n of windows, at most "
+    "1,200, is drawn as evenly over the root speed of the real motion as they allow, one per target, clip "
+    "and frame; {}; the interval is that of what lies beyond the floor, by a delete-a-group jackknife over "
     "clips, withheld below 10"
+)
+DISTANCE = (
+    "the value is the distance of the two halves of the real windows, which is the floor and what the "
+    "references score, plus that of all generated windows from all real ones; without references, the mean "
+    "distance of the generated windows from either half of other real motion"
 )
 SMALL = f"left out below {PER_DIMENSION} windows per feature"
 
@@ -43,8 +45,9 @@ class Fid(SetMetric):
     """Distance between the distribution of answers and that of real motion, all people together.
 
     The features are of the joints that all of them have, by role, so a split is one set whatever its
-    structures are, and forty short clips are enough. Answers are compared with real motion of other
-    stretches of the same clips (``Stretches``): against the same stretches it would measure accuracy.
+    structures are, and forty short clips are enough. To the distance of answers from all real motion is
+    added what two halves of the real motion, stretches of every clip by turns, lie apart: a distance beside
+    which others are large or small. Neither says whether an answer is that of its clip.
     """
 
     card = MetricCard(
@@ -60,7 +63,7 @@ class Fid(SetMetric):
                 unit="1",
                 better="lower",
                 formula="|m_r - m_g|^2 + tr(C_r + C_g - 2 (C_r C_g)^(1/2)) of means and covariances; "
-                + SETS.format("whose source and target stand on two legs")
+                + SETS.format("whose source and target stand on two legs", DISTANCE)
                 + f"; {SMALL}",
                 source="Heusel et al. 2017, with features after FID_k and FID_g of Li et al. 2021; PAN "
                 "eq. 21 in kind: its network was never published; fid.structure is the value per target "
@@ -70,6 +73,7 @@ class Fid(SetMetric):
         ),
     )
     stretches = windows.STRETCHES
+    distances = ("fid",)
 
     def __init__(self) -> None:
         self._real = lru_cache(maxsize=2)(self._seen)

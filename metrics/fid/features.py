@@ -7,13 +7,15 @@ data: about what a viewer calls another pose, another pace, a slide or a lift. A
 arms and legs has them. Not seen: place, heading and size of a body.
 
     pose      (15)  head, hands and feet from the hips, to the left, up and forward: 0.4
+    bends      (4)  how far knees lie before the line from hip to ankle, and elbows behind theirs: 0.1
+    twist      (1)  of the line of the shoulders against that of the hips: 0.3 rad
     stance     (1)  hips over the lower foot: 0.3
     floor      (1)  the lower foot over the floor: 0.02, up to about 0.1
     speeds     (6)  of hips, head, hands and feet: 0.5 a second, beyond 1 as its logarithm
     jolts      (5)  accelerations of head, hands and feet: 2 a second squared, beyond 10 likewise
     way        (3)  speed of the hips to the left and forward: 0.6 a second; of turning: 2 rad a second
-    swing      (1)  whether the higher foot goes forward past the lower one: 0.13 a second
-    standing   (1)  speed of the foot that moves least: 0.03 a second, up to about 0.1
+    swing      (1)  whether the higher foot goes forward past the lower one: 0.133 a second
+    standing   (1)  speed of the foot that moves least: 0.033 a second, up to about 0.1
     life       (1)  speed of what moves most: 0.02 a second, beyond as its logarithm
     limbs      (4)  lengths of arms and legs: 0.06
 
@@ -56,7 +58,7 @@ def unfit(character: Character) -> str:
 
 
 def features(motion: Source, floor: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """``(windows, 38)`` float32 of a motion on a body that is not ``unfit``; none where it is too short.
+    """``(windows, 43)`` float32 of a motion on a body that is not ``unfit``; none where it is too short.
     Also their ``speeds``.
 
     floor: metres, its height.
@@ -87,13 +89,24 @@ def _at_rate(motion: Source) -> Source:
 
 
 def _shape(at: dict[str, np.ndarray], turn: np.ndarray) -> Iterator[np.ndarray]:
-    """Pose, stance and floor: ``(frames,)`` each."""
+    """From pose to floor: ``(frames,)`` each."""
     for role in ENDS:
         away = facing.seen(at[role] - at["hips"], turn) - (0.0, UPRIGHT.get(role.split("_")[-1], 0.0), 0.0)
         yield from away.T / 0.4
+    for (start, middle, end), ahead in zip(LIMBS.values(), (-1.0, 1.0), strict=True):
+        for side in SIDES:
+            line = (at[f"{side}_{start}"] + at[f"{side}_{end}"]) / 2
+            yield ahead * facing.seen(at[f"{side}_{middle}"] - line, turn)[:, 2] / 0.1
+    yield np.angle(_across(at, "arm") * _across(at, "up_leg").conj()) / 0.3
     lower = np.minimum(*(at[foot][:, 1] for foot in FEET))
     yield (at["hips"][:, 1] - lower - UPRIGHT["hips"]) / 0.3
     yield 5.0 * (np.tanh(lower / 0.1) - np.tanh(UPRIGHT["ankle"] / 0.1))
+
+
+def _across(at: dict[str, np.ndarray], joint: str) -> np.ndarray:
+    """``(frames,)`` the line from a right joint to the left one on the floor, as complex numbers."""
+    line = at[f"left_{joint}"] - at[f"right_{joint}"]
+    return np.asarray(line[:, 2] + 1j * line[:, 0])
 
 
 def _movement(

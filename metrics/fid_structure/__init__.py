@@ -4,7 +4,7 @@ import math
 
 from retarget_bench.api import MetricCard, Sample, SetMetric, Value
 
-from ..fid import FEATURES, PER_DIMENSION, SETS, SMALL, Fid
+from ..fid import DISTANCE, FEATURES, PER_DIMENSION, SETS, SMALL, Fid
 from .pairs import NEIGHBOURS, Fits, Kid
 
 FEW = 32
@@ -14,6 +14,10 @@ SOURCE = (
     "are not, since their network was never published; {}"
 )
 
+HALVES = (
+    "the real windows of one half are compared with the generated windows of the other, both ways, and "
+    "averaged; the floor is the same with the references of the generated windows in their place"
+)
 LABELS = {"fid.structure": "FID, by structure", "kid": "KID"}
 """Labels that are not the ids. *FID* alone is that of all two-legged bodies, ``fid``."""
 
@@ -24,7 +28,8 @@ def _value(name: str, meaning: str, formula: str, source: str, **others: str | f
         label=LABELS.get(name, name),
         meaning=meaning,
         unit="1",
-        formula=f"{formula}; {SETS.format('and one target structure')}",
+        formula=f"{formula}; "
+        + SETS.format("and one target structure", DISTANCE if name == "fid.structure" else HALVES),
         source=SOURCE.format(source),
         **others,  # type: ignore[arg-type]
     )
@@ -52,7 +57,7 @@ class FidStructure(Fid):
             _value(
                 "kid",
                 "kernel distance from real motion, unbiased: 0 on average for real motion",
-                "mean k(r, r') + mean k(g, g') - 2 mean k(r, g) with k(x, y) = (x y / 38 + 1)^3, over "
+                "mean k(r, r') + mean k(g, g') - 2 mean k(r, g) with k(x, y) = (x y / 43 + 1)^3, over "
                 "pairs of windows of different clips",
                 "Binkowski et al. 2018; pairs of one clip are left out: they are no independent draws",
                 better="lower",
@@ -82,6 +87,7 @@ class FidStructure(Fid):
     )
 
     set_of = SetMetric.set_of
+    distances = ("fid.structure",)
     unbiased = ("kid",)
 
     def __init__(self) -> None:

@@ -214,8 +214,7 @@ class Stretches:
     """Halves of a set that are made of stretches of every clip by turns, instead of whole clips.
 
     overlap: by how many windows two of them have to be apart to share no frame. length: windows
-             in a stretch, about. A clip has an odd number of them, three at least, so that it and its
-             reverse are in the same halves; windows across two are left out.
+             in a stretch, about; a clip has at least two stretches, and windows across two are left out.
     """
 
     overlap: int
@@ -229,6 +228,9 @@ class SetMetric(ABC):
     card: MetricCard
     stretches: Stretches | None = None
     """How a set is halved; None: clip by clip."""
+    distances: Collection[str] = ()
+    """Ids of values that are 0 for equal sets and never less. They are measured from all real motion and
+    added to the floor, so that the references score exactly the floor and nothing scores less."""
     unbiased: Collection[str] = ()
     """Ids of values that are 0 on average for real motion. They are withheld where the interval of their
     floor does not hold 0: there, what lies below the floor would mean nothing."""

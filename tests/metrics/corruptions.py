@@ -14,6 +14,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d  # type: ignore[import-untyped]
 
 from retarget_bench.api import CaseFeatures, CaseInfo, Prediction, Stretches
+from retarget_bench.evaluation.set_metrics import evaluate
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw
 from retarget_bench.metrics.fid import Fid, features
 from retarget_bench.metrics.fid_structure import FidStructure
@@ -160,6 +161,24 @@ def smooth(motion: Positions, name: str, amount: float) -> Positions:
     return _with(motion, gaussian_filter1d(motion.positions, amount, axis=0, mode="nearest"))
 
 
+def late(motion: Positions, name: str, amount: float) -> Positions:
+    """Everything ``amount`` seconds later; until then the body stands as in its first frame."""
+    return motion.at(np.maximum(np.arange(motion.frames) - round(amount * motion.fps), 0))
+
+
+def knees_back(motion: Positions, name: str, amount: float) -> Positions:
+    """Knees as far behind the lines from hip to ankle as they were before them."""
+    positions, at = motion.positions.copy(), motion.character.joint_of
+    for side in ("left", "right"):
+        hip, knee, ankle = (at[f"{side}_{joint}"] for joint in ("up_leg", "leg", "foot"))
+        line = motion.positions[:, ankle] - motion.positions[:, hip]
+        along = np.einsum("fc,fc->f", motion.positions[:, knee] - motion.positions[:, hip], line)
+        along = along / np.maximum(np.einsum("fc,fc->f", line, line), 1e-12)
+        foot = motion.positions[:, hip] + along[:, None] * line
+        positions[:, knee] = (1 + amount) * foot - amount * motion.positions[:, knee]
+    return _with(motion, positions)
+
+
 def another(motion: Positions, name: str, amount: float) -> Positions:
     """The right motion of another clip: the one half a set further on."""
     raise NotImplementedError("a crowd knows the other clips")
@@ -214,6 +233,8 @@ HARMS: dict[str, tuple[Corruption, tuple[float, ...]]] = {
     "lifted, heights": (lift, (0.02, 0.05, 0.1)),
     "sunk, heights": (lift, (-0.02, -0.05, -0.1)),
     "smoothed, frames": (smooth, (1.0, 2.0, 4.0, 8.0)),
+    "knees bent backwards": (knees_back, (1.0,)),
+    "late, seconds": (late, (0.25, 0.5, 1.0, 2.0)),
     "a foot leaps, heights": (leap, (0.1,)),
 }
 """Corruption -> amounts, from little harm to much."""
@@ -256,10 +277,8 @@ class Crowd:
 
     def times(self, harm: Corruption | None, amount: float, value: str = "fid") -> tuple[float, float]:
         """A value of harmed motion, and the floor of the same windows."""
-        (a, b), (p, q) = (sets := self.sets(harm, amount)).real, sets.generated
-        measure = self.metric.value
-        harmed, floor = ((measure(value, a, y) + measure(value, b, x)) / 2 for x, y in ((p, q), (a, b)))
-        return harmed, floor
+        sets = self.sets(harm, amount)
+        return evaluate._measured(self.metric, value, sets, sets.real, sets.generated, sets.whole)
 
 
 def seen(motion: Prediction) -> Positions:

@@ -44,16 +44,12 @@ LEAST = {"mirrored": 1.0, "times warped, share of the speed": 1.0, "a foot leaps
 is natural, and a single frame, or a change of pace that cancels out, is for other columns to see."""
 
 
-NOISE = 0.03
-"""Floors: what harm that is hardly visible may take away as well as add."""
-
-
 def check_harms(crowd: Crowd) -> None:
     """No harm brings real motion nearer, more harm takes it farther, and what people see, far."""
     for name, (harm, amounts) in HARMS.items():
         pairs = [crowd.times(harm, amount) for amount in amounts]
         ratios = [1.0, *(harmed / floor for harmed, floor in pairs)]
-        assert all(less < more + NOISE for less, more in pairwise(ratios)), (name, ratios)
+        assert all(less < more for less, more in pairwise(ratios)), (name, ratios)
         assert ratios[-1] >= LEAST.get(name, 1.5), (name, ratios)
     share = {
         (name, amount): float(np.divide(*crowd.times(HARMS[name][0], amount)))
@@ -165,20 +161,17 @@ def test_no_two_windows_of_the_two_halves_share_a_frame():
     _, _, half_at = stretches_of(lengths, rule)
     for clip, count in lengths.items():
         at = {half: [w for w in range(count) if half_at.get((clip, w)) == half] for half in (0, 1)}
-        if count + rule.overlap - 1 < 3 * rule.overlap:  # too short for three stretches
-            assert at == {0: [], 1: []}
-        else:
-            assert min(abs(a - b) for a in at[0] for b in at[1]) >= rule.overlap
+        assert at[0]
+        assert at[1]
+        assert min(abs(a - b) for a in at[0] for b in at[1]) >= rule.overlap
     longest = max(lengths, key=lambda clip: lengths[clip])
     sides = [half_at[longest, w] for w in range(lengths[longest]) if (longest, w) in half_at]
     assert sum(a != b for a, b in pairwise(sides)) >= 7  # stretches by turns, not halves
 
 
-def test_clips_of_one_length_are_dealt_alike_and_others_by_turns():
-    """So that the right motion of another clip is compared with other stretches than its own, too."""
-    _, _, half_at = stretches_of({f"c{number}": 15 + number for number in range(12)}, Stretches(4, 15))
-    begin = [half_at[f"c{number}", 0] for number in range(12)]
-    assert begin == [0] * 3 + [1] * 6 + [0] * 3
+def test_clips_begin_with_either_half_about_equally_often():
+    _, _, half_at = stretches_of({f"c{number}": 20 for number in range(20)}, Stretches(4, 15))
+    assert sum(half_at[f"c{number}", 0] for number in range(20)) == 10
 
 
 def test_the_same_stretch_of_two_bodies_is_on_one_side():
@@ -195,14 +188,3 @@ def test_a_tenth_of_the_clips_is_left_out_of_both_halves_at_once():
     groups = evaluate._groups(draw.draw(features, infos, Stretches(4, 15)))
     assert sorted(groups) == sorted({info.clip for info in infos.values()})
     assert sorted(list(groups.values()).count(group) for group in range(10)) == [3] * 10
-
-
-def test_a_clip_and_its_reverse_are_in_the_same_halves():
-    """A window of what is played backwards has the frames of the one as far from the other end."""
-    lengths = {f"c{number}": 9 + 7 * number for number in range(20)}
-    _, _, half_at = stretches_of(lengths, Stretches(overlap=4, length=15))
-    for clip, count in lengths.items():
-        there = [half_at.get((clip, at)) for at in range(count)]
-        meet = [(a, b) for a, b in zip(there, there[::-1], strict=True) if None not in (a, b)]
-        assert all(a == b for a, b in meet)
-        assert meet

@@ -13,8 +13,9 @@ from retarget_bench.metrics.fid import FEATURES, features
 from retarget_bench.motion.motion import Positions
 from retarget_bench.motion.skeleton import Skeleton
 
-POSE, STANCE, FLOOR, SPEEDS, JOLTS = slice(15), 15, 16, slice(17, 23), slice(23, 28)
-WAY, SWING, STANDING, LIFE, LIMBS = slice(28, 31), 31, 32, 33, slice(34, 38)
+POSE, KNEES, TWIST, STANCE, FLOOR = slice(19), slice(17, 19), 19, 20, 21
+SPEEDS, JOLTS, WAY = slice(22, 28), slice(28, 33), slice(33, 36)
+SWING, STANDING, LIFE, LIMBS = 36, 37, 38, slice(39, 43)
 
 
 def motion(frames: int = 100, seed: int = 0, fps: float = 30.0) -> Positions:
@@ -145,6 +146,21 @@ def test_other_rates_are_brought_to_thirty_frames_a_second():
     fast = motion(200, fps=60.0)
     slow = Positions(fast.character, fast.positions[::2], 30.0)
     np.testing.assert_allclose(seen(fast), seen(slow), atol=1e-5)
+
+
+def test_a_knee_before_its_leg_and_turned_shoulders_are_seen():
+    clip = carried((0, 0, 0))
+    body, places = clip.character, clip.positions.copy()
+    up, left_arm, right_arm = (body.joint_of[role] for role in ("left_leg", "left_arm", "right_arm"))
+    places[:, up, 2] += 0.08 * body.height
+    apart = seen(Positions(body, places, 30.0)) - seen(clip)
+    np.testing.assert_allclose(apart[:, KNEES.start], 0.8, atol=1e-4)
+    width = places[:, left_arm] - places[:, right_arm]
+    places = clip.positions.copy()
+    places[:, left_arm] = places[:, right_arm] + np.linalg.norm(width, axis=1)[:, None] * (
+        np.array([np.cos(0.15), 0, -np.sin(0.15)])
+    )
+    assert seen(Positions(body, places, 30.0))[10, TWIST] == pytest.approx(0.15 / 0.3, abs=0.02)
 
 
 def test_a_dog_stands_on_four_legs():

@@ -12,6 +12,10 @@ real windows of a stretch then stand against generated ones of other stretches, 
 Where cases have no references, the real windows are of other motion of the target's structure and stand
 against generated ones of all clips (``draw_apart``). The floor compares the two halves of the real motion.
 
+Distances (``SetMetric.distances``) take the halves for their floor alone: the answers' is measured between
+all real and all generated windows, and added. What shows other frames than it should, a late answer or
+another clip, would else come nearer to the real windows of the other half than the truth does.
+
 Everything is decided by names and by the real motion, nothing by what a method made of it.
 """
 
@@ -19,6 +23,7 @@ import hashlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -31,8 +36,6 @@ MOST = 1200
 BINS = 10
 """Stretches of root speed from which equally many windows are drawn, as far as they go."""
 SEED = 0
-ALIKE = 6
-"""Windows: clips whose numbers of them differ by less are of about the same length."""
 
 Window = tuple[str, int]
 """A case and the number of one of its windows."""
@@ -51,6 +54,11 @@ class Draw:
     hash: str
     apart: bool = False
 
+    @cached_property
+    def whole(self) -> tuple[Sample, Sample]:
+        """All real and all generated windows, both halves together."""
+        return _together(*self.real), _together(*self.generated)
+
     @property
     def n(self) -> int:
         return len(self.real[0].clips)
@@ -61,6 +69,10 @@ class Draw:
         real = sorted({str(clip) for half in self.real for clip in half.clips})
         generated = sorted(set(map(str, self.generated[0].clips))) if self.apart else real
         return min(real, generated, key=len)
+
+
+def _together(a: Sample, b: Sample) -> Sample:
+    return Sample(np.concatenate([a.features, b.features]), np.concatenate([a.clips, b.clips]))
 
 
 def draw(
@@ -158,24 +170,22 @@ def halves(rows: Sequence[Window], infos: Mapping[str, CaseInfo]) -> dict[str, i
 def by_turns(
     rows: Sequence[Window], infos: Mapping[str, CaseInfo], stretches: Stretches
 ) -> dict[tuple[str, int], int]:
-    """(clip, window) -> 0 or 1, an odd number of stretches by turns, the same for all bodies of a clip.
+    """(clip, window) -> 0 or 1, an even number of stretches by turns, the same for all bodies of a clip.
 
-    So what is played backwards is compared with other stretches than its own, too. Windows across two
-    stretches are left out, and with them clips that are too short for three. Clips of about equally many
-    windows begin with the same half: if they stand for one another, they are compared with other stretches.
+    Windows across two stretches are left out. Every other clip, by chance, begins with the other half.
     """
     counts: dict[str, int] = {}
     for case, at in rows:
         clip = infos[case].clip
         counts[clip] = max(counts.get(clip, 0), at + 1)
     sides: dict[tuple[str, int], int] = {}
-    for clip, count in counts.items():
-        steps = count + stretches.overlap - 1
-        many = 2 * max(1, round((steps / stretches.length - 1) / 2)) + 1
+    for number, clip in enumerate(sorted(counts, key=_chance)):
+        steps = counts[clip] + stretches.overlap - 1
+        many = 2 * max(1, round(steps / (2 * stretches.length)))
         stretch = np.arange(steps) * many // steps
-        for at in range(count):
+        for at in range(counts[clip]):
             if stretch[at] == stretch[at + stretches.overlap - 1]:
-                sides[clip, at] = int(count // ALIKE + stretch[at]) % 2
+                sides[clip, at] = int(number + stretch[at]) % 2
     return sides
 
 

@@ -22,6 +22,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 
 Halves = tuple[Sample, Sample]
+"""Two samples: the halves of a set, or real and other windows."""
 Pair = tuple[float, float]
 """A value and its floor."""
 NO_REAL = "the data set has no real motion of bodies of structure {} in this part"
@@ -178,22 +179,33 @@ def _value(metric: SetMetric, bare: SetValue, sets: Draw) -> SetValue:
     name = bare.value_id
     if sets.n < (least := metric.least(name)):
         return replace(bare, reason=f"{name} needs {least} windows in each set, here {sets.n}")
-    value, floor = _both(metric, name, sets.real, sets.generated), _both(metric, name, sets.real, sets.real)
+    value, floor = _measured(metric, name, sets, sets.real, sets.generated, sets.whole)
     if not np.isfinite([value, floor]).all():
         return replace(bare, reason=f"{name} is undefined for {bare.clips} clips")
     return replace(bare, value=value, floor=floor)
 
 
-def _both(metric: SetMetric, value_id: str, a: Halves, b: Halves) -> float:
-    """The real windows of either half against the other ones of the other half; nan where that is
-    undefined. Raises BenchError where the metric fails."""
+def _measured(
+    metric: SetMetric, value_id: str, sets: Draw, real: Halves, generated: Halves, whole: Halves
+) -> Pair:
+    """A value and its floor of the halves of a draw, or of parts of them."""
+    floor = _mean(metric, value_id, (real[0], real[1]), (real[1], real[0]))
+    if value_id in metric.distances and not sets.apart:
+        return floor + _mean(metric, value_id, whole), floor
+    return _mean(metric, value_id, (real[0], generated[1]), (real[1], generated[0])), floor
+
+
+def _mean(metric: SetMetric, value_id: str, *pairs: Halves) -> float:
+    """A value of real windows and others, on average over pairs of sets; nan where that is undefined.
+    Raises BenchError where the metric fails."""
 
     def ask() -> float:
-        mean = 0.5 * (metric.value(value_id, a[0], b[1]) + metric.value(value_id, a[1], b[0]))
+        mean = sum(metric.value(value_id, *pair) for pair in pairs) / len(pairs)
         undefined = isinstance(mean, float | np.floating) and not np.isfinite(mean)
         return float("nan") if undefined else as_number(value_id, mean)
 
-    return attempt(ask, seconds(len(a[0].clips) + len(b[0].clips)), f"metric {metric.card.name}, sets")
+    windows = sum(len(one.clips) for one in pairs[0])
+    return attempt(ask, seconds(windows), f"metric {metric.card.name}, sets")
 
 
 def _without(metric: SetMetric, ids: Sequence[str], sets: Draw) -> dict[str, list[Pair]]:
@@ -206,16 +218,14 @@ def _without(metric: SetMetric, ids: Sequence[str], sets: Draw) -> dict[str, lis
     values: dict[str, list[Pair]] = {value_id: [] for value_id in ids}
     for left_out in range(GROUPS if ids and len(sets.clips) >= CLIPS else 0):
         parts = {
-            id(half): half.part(np.flatnonzero([group[clip] != left_out for clip in half.clips.tolist()]))
-            for half in (*sets.real, *sets.generated)
+            id(some): some.part(np.flatnonzero([group[clip] != left_out for clip in some.clips.tolist()]))
+            for some in (*sets.real, *sets.generated, *sets.whole)
         }
-        real, generated = (
-            (parts[id(halves[0])], parts[id(halves[1])]) for halves in (sets.real, sets.generated)
+        real, generated, whole = (
+            (parts[id(two[0])], parts[id(two[1])]) for two in (sets.real, sets.generated, sets.whole)
         )
         for value_id in ids:
-            values[value_id].append(
-                (_both(metric, value_id, real, generated), _both(metric, value_id, real, real))
-            )
+            values[value_id].append(_measured(metric, value_id, sets, real, generated, whole))
     return values
 
 
