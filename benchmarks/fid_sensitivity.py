@@ -32,8 +32,11 @@ def main() -> None:
     options = parser.parse_args()
     if options.structure:
         by_structure(options.structure, options.performances)
-    else:
-        people(dict(_crowds(options.takes, options.mixamo)))
+        return
+    crowds = dict(_crowds(options.takes, options.mixamo))
+    if empty := [title for title, crowd in crowds.items() if not crowd.sets().n]:
+        parser.error(f"{empty[0]}: no BVH file with motion of people of a second and a half or more")
+    people(crowds)
 
 
 def people(crowds: dict[str, Crowd]) -> None:
@@ -57,6 +60,9 @@ def by_structure(structures: list[str], performances: int) -> None:
     puppets = registry.create("datasets", "puppets[size=default]")
     print("| structure | harm | amount | n |", *(f"{value} |" for value in STRUCTURE_VALUES))
     print("|---|---|---|---|", *("---|" for _ in STRUCTURE_VALUES))
+    known = sorted({body.structure for body in puppets.characters().values()})
+    if unknown := sorted(set(structures) - set(known)):
+        raise SystemExit(f"fid_sensitivity.py: no structure {unknown[0]}; there are {', '.join(known)}")
     for structure in structures:
         crowd = structure_in(puppets, structure, performances)
         rows = [("none: the floor", None, 0.0)]

@@ -110,10 +110,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("recordings", nargs="*", metavar="NAME=DIR")
     options = parser.parse_args()
+    folders = dict(text.partition("=")[::2] for text in options.recordings)
+    for name, folder in folders.items():
+        if not folder or next(Path(folder).glob("*.bvh"), None) is None:
+            parser.error(f"{name}={folder}: give NAME=DIR, where DIR has BVH files")
     rows = {f"puppets-{version}": row(made(version)) for version in get_args(Version)}
-    for text in options.recordings:
-        name, _, folder = text.partition("=")
-        rows[name] = row(recorded(Path(folder)))
+    rows |= {name: row(recorded(Path(folder))) for name, folder in folders.items()}
     print(f"| | {' | '.join(rows)} |\n|---{'|---' * len(rows)}|")
     for column, *values in zip(COLUMNS, *rows.values(), strict=True):
         print(f"| {column} | {' | '.join(f'{value:.3f}'.rstrip('0').rstrip('.') for value in values)} |")

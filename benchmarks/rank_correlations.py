@@ -61,7 +61,15 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("folders", nargs="+", metavar="FOLDER", help="of results, two or more")
-    tables = [ranked(folder) for folder in parser.parse_args().folders]
+    folders = parser.parse_args().folders
+    if len(folders) < 2:
+        parser.error(
+            "name two folders of results or more; the last one is what the others are compared with"
+        )
+    try:
+        tables = [ranked(folder) for folder in folders]
+    except rb.BenchError as error:
+        raise SystemExit(f"rank_correlations.py: {error}") from None
     *others, (last, known) = tables
     shared = known.index
     for _, table in others:
