@@ -117,6 +117,8 @@ class CellBuilder:
             cell = self._of_set(score, key, usual_value(section.scores, key))
         elif key in score.means:
             cell = self._of_cases(section, score, key)
+        elif section.so_far and key in score.header.set_values:
+            return self.footnotes.missing("is of all answers as one set, once all are there", NOT_RUN)
         else:
             return self.missing(score, key)
         ranking = section.rankings.get(key)
@@ -196,6 +198,8 @@ class CellBuilder:
         computed = metric_versions(header)
         if facts.metric and computed and facts.metric not in computed:
             reason = f"scored without the metric {facts.metric}; bench run adds it"
+        elif key in header.set_values:
+            return self.footnotes.missing("is of all answers as one set, to which no case here belongs")
         elif key not in header.values:
             reason = "scored before this value existed; bench run adds it"
         elif facts.with_self and header.split == INTRA:
