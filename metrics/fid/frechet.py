@@ -52,7 +52,7 @@ def without(factor: np.ndarray, features: np.ndarray, rows: np.ndarray) -> np.nd
     from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
 
     sizes = np.abs(np.diagonal(factor))
-    if factor.shape[0] != factor.shape[1] or sizes.min() < _SOUND * sizes.max():
+    if factor.shape[0] != factor.shape[1] or not sizes.min() > _SOUND * sizes.max():
         return None
     centred = features - features.mean(axis=0)
     removed = np.delete(centred, rows, axis=0)

@@ -23,7 +23,7 @@ from retarget_bench.plugins.parameters import class_card
 from retarget_bench.plugins.spec import Spec
 
 LAYERS = "training.layers"
-"""Packages that plug-ins share: layers of learned methods, networks for features of set metrics."""
+"""The package that plug-ins share: layers of learned methods."""
 SETS, PAIRS = "evaluation.set_metrics", "evaluation.pairs"
 """What evaluates metrics of sets and of pairs of bodies."""
 APART = ("motion.files", "motion.editing")

@@ -74,7 +74,7 @@ def _text(record: Hashed) -> str:
 
 
 def read_record(path: Path, kind: type[R], what: str) -> R:
-    """A record of this kind; ``what`` it should be, for messages (``the card of a feature network``).
+    """A record of this kind; ``what`` it should be, for messages (``the card of weights``).
 
     Raises FileError where it is none, or from a newer version.
     """

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.api import Sample
-from retarget_bench.metrics.fid.frechet import frechet
+from retarget_bench.metrics.fid.frechet import Frechet, frechet
 from retarget_bench.metrics.fid_structure import FidStructure
 from retarget_bench.metrics.fid_structure.pairs import Fits, Kid
 from tests.examples import examples
@@ -238,3 +238,13 @@ def test_too_few_real_windows_have_no_balls():
     random = np.random.default_rng(0)
     few = fit(random.normal(size=(5, 2)), random.normal(size=(5, 2)), np.arange(5), np.arange(5, 10))
     assert np.isnan(few).all()
+
+
+def test_a_part_of_a_set_that_never_varies_has_a_distance():
+    """As of a body that stands still throughout: the covariance of the whole is 0."""
+    still = Sample(np.full((60, 5), 2.0), np.repeat(np.arange(6), 10).astype(str))
+    moving = Sample(np.random.default_rng(4).normal(size=(60, 5)), still.clips)
+    distance = Frechet()
+    distance(moving, still)
+    part = still.part(np.arange(50))
+    assert distance(moving, part) == pytest.approx(frechet(moving.features, part.features))
