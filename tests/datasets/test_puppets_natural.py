@@ -163,6 +163,8 @@ def test_wrong_values_are_told_in_a_sentence() -> None:
         Puppets(version="2")  # type: ignore[arg-type]
     with pytest.raises(BenchError, match="puppets: source is exact or captured, and not noisy"):
         Puppets(source="noisy")  # type: ignore[arg-type]
+    with pytest.raises(BenchError, match="source=captured goes with between=structures"):
+        Puppets(source="captured", between="legs")
 
 
 @pytest.mark.slow
