@@ -80,7 +80,8 @@ class Puppets(Dataset):
             "version": "1.0, or 1.1: the same cases of the same performances, with limbs that straighten, "
             "feet that are never quite still, and hands that are never quite steady",
             "source": "exact, or captured: sources of cases have the noise of motion capture (jitter, a "
-            "foot that sinks, a leg measured too long), references, training and motion that other tasks make worse have none",
+            "foot that sinks, a leg measured too long); references, training and what other tasks make worse "
+            "have none",
         },
     )
 
@@ -111,8 +112,8 @@ class Puppets(Dataset):
             raise BenchError(f"puppets: source is exact or captured, and not {source}")
         if source == "captured" and between == "legs":
             raise BenchError(
-                "puppets: source=captured goes with between=structures; cases between legs have no references, "
-                "which would stay exact"
+                "puppets: source=captured goes with between=structures; cases between legs have no "
+                "references, which would stay exact"
             )
         if not 0 <= bodies <= MOST_BODIES:
             raise BenchError(f"puppets: bodies={bodies}; 0 to {MOST_BODIES} may be drawn")
