@@ -80,8 +80,7 @@ class Puppets(Dataset):
             "version": "1.0, or 1.1: the same cases of the same performances, with limbs that straighten, "
             "feet that are never quite still, and hands that are never quite steady",
             "source": "exact, or captured: sources of cases have the noise of motion capture (jitter, a "
-            "foot that sinks, a leg measured too long); references, training and what other tasks make worse "
-            "have none",
+            "foot that sinks, a leg measured too long); references, training and other tasks have none",
         },
     )
 
