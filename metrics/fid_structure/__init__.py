@@ -56,8 +56,7 @@ class FidStructure(Fid):
             ),
             _value(
                 "kid",
-                "kernel distance from real motion, unbiased: 0 on average for real motion; less by chance, "
-                "or where answers show real windows of other clips",
+                "unbiased kernel distance: real motion about 0, real windows shown for other clips below it",
                 "mean k(r, r') + mean k(g, g') - 2 mean k(r, g) with k(x, y) = (x y / 43 + 1)^3, over "
                 "pairs of windows of different clips",
                 "Binkowski et al. 2018; pairs of one clip are left out: they are no independent draws",
