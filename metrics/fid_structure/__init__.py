@@ -56,7 +56,7 @@ class FidStructure(Fid):
             ),
             _value(
                 "kid",
-                "unbiased kernel distance: real motion about 0, real windows shown for other clips below it",
+                "unbiased kernel distance: about 0 for real motion, less for real windows of other clips",
                 "mean k(r, r') + mean k(g, g') - 2 mean k(r, g) with k(x, y) = (x y / 43 + 1)^3, over "
                 "pairs of windows of different clips",
                 "Binkowski et al. 2018; pairs of one clip are left out: they are no independent draws",
