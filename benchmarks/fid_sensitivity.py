@@ -15,7 +15,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "metrics"))
-from corruptions import HARMS, Crowd, another, people_in, seen, structure_in
+from corruptions import HARMS, Crowd, people_in, seen, structure_in
 
 from retarget_bench.plugins import registry
 
@@ -45,11 +45,11 @@ def people(crowds: dict[str, Crowd]) -> None:
     print("|---|", *("---|" for _ in crowds))
     print("| windows in each half |", *(f"{crowd.sets().n} |" for crowd in crowds.values()))
     print("| floor |", *(f"{crowd.notice():.2f} |" for crowd in crowds.values()))
-    rows = {**HARMS, "another clip": (another, (1.0,))}
+    rows = {**HARMS, "another clip": (None, (1.0,))}
     for name, (harm, amounts) in tqdm(rows.items(), leave=False, disable=None):
         cells = []
         for crowd in crowds.values():
-            pairs = [crowd.times(harm, amount) for amount in amounts]
+            pairs = [crowd.times(harm or crowd.other_clip, amount) for amount in amounts]
             cells.append(", ".join(f"{harmed / floor:.2f}" for harmed, floor in pairs))
         text = "" if len(amounts) == 1 and amounts[0] == 1 else ": " + ", ".join(f"{x:g}" for x in amounts)
         print(f"| {name}{text} |", *(f"{cell} |" for cell in cells), flush=True)

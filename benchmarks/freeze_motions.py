@@ -28,7 +28,7 @@ from retarget_bench.results.store import write_npz
 from retarget_bench.verification.gate import core, frozen, golden
 
 WINDOW = 64
-"""Frames: what FID cuts windows from."""
+"""Frames that are frozen: enough for some windows of FID."""
 SMALL, LARGE = "puppets[size=tiny]", "puppets[size=default]"
 
 

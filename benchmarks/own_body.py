@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 from retarget_bench.analysis import statistics
 from retarget_bench.api import Case, CaseInfo, Context, Method
-from retarget_bench.errors import NotSupported
+from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.score import score
 from retarget_bench.files import digest
 from retarget_bench.motion.character import Character
@@ -37,18 +37,21 @@ def main() -> None:
     parser.add_argument("methods", nargs="+", metavar="METHOD")
     parser.add_argument("--root", required=True, metavar="DIR", help="folder of the Mixamo clips")
     options = parser.parse_args()
-    moved = {"Mixamo": motions(f"mixamo[root={options.root}]"), "puppet": motions("puppets[size=tiny]")}
+    try:
+        methods = {name: bound.method(name).built for name in options.methods}
+        moved = {"Mixamo": motions(f"mixamo[root={options.root}]"), "puppet": motions("puppets[size=tiny]")}
+    except BenchError as error:
+        parser.error(str(error))
     cells = [(motion, body) for motion in moved for body in moved]
     print("| method |", *(f"{motion} motion, {body} body |" for motion, body in cells))
     print("|---|", *("---:|" for _ in cells))
-    for name in options.methods:
-        method = bound.method(name).built
+    for name, method in methods.items():
         row = [losses(method, on(moved[motion], moved[body])) for motion, body in cells]
         print(f"| {name} |", *(f"{shown(cell)} |" for cell in row), flush=True)
 
 
 def motions(spec: str) -> list[Motion]:
-    """Motions of a data set on the bodies of people that do them, of clips that lie evenly in its list."""
+    """Motions of a data set on the bodies of people that do them, of clips drawn by their names' hash."""
     data = registry.create("datasets", Spec.parse(spec))
     cast = data.characters()
     infos = {

@@ -413,3 +413,46 @@ def test_data_sets_of_files_keep_the_contract(real_data, name, folder):
     if not (real_data / folder).is_dir():
         pytest.skip(f"no {folder} among the real motion data")
     contract.assert_contract("datasets", Spec(name, {"root": str(real_data / folder)}))
+
+
+OF_SETS = """
+import numpy as np
+from retarget_bench.api import CaseFeatures, MetricCard, Value
+
+class Faulty:
+    value = Value("faulty.gap", "faulty", "how far apart", "m", "lower", formula="gap", source="ours")
+    card = MetricCard("faulty", "Compares sets", version="1", values=(value,))
+    distances = NAMES
+
+    def features(self, comparison):
+        both = comparison.predicted, comparison.expected
+        generated, real = (each[:, 0].astype(np.float32) for each in both)
+        return CaseFeatures(generated, real, np.ones(len(real), np.float32))
+
+    def least(self, value_id):
+        return 1
+
+    def value(self, value_id, real, generated):
+        return float(np.abs(real.features.mean() - generated.features.mean())) + OFFSET
+
+plugin = Faulty
+"""
+
+
+@pytest.mark.parametrize(
+    ("names", "offset", "problem"),
+    [
+        ('("faulty.gap",)', "0.0", ""),
+        ("()", "1.0", ""),
+        ('("faulty.gap",)', "1.0", "faulty.gap is 1.0 between equal sets"),
+        ('("gap",)', "0.0", "gap is named among distances or unbiased values, and is no value of its card"),
+    ],
+)
+def test_what_a_metric_of_sets_calls_a_distance_is_one(tmp_path, bows, names, offset, problem):
+    file = tmp_path / "faulty.py"
+    file.write_text(OF_SETS.replace("NAMES", names).replace("OFFSET", offset))
+    registry.add_file(file)
+    problems = failures("metrics", "faulty", bows)
+    (message,) = [text for name, text in problems.items() if name.startswith("distances are")] or [""]
+    assert set(problems.values()) == {message} - {""}
+    assert problem in message

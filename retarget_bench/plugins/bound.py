@@ -185,13 +185,13 @@ class BoundMetrics:
         code of each, and the evaluation of sets and pairs as code of their metrics."""
         versions = {}
         for name, metric in zip(self.names, self.built, strict=True):
-            files = registry.code_files("metrics", Spec.parse(name).name) | package_code("api.comparison")
+            spec = Spec.parse(name)
+            files = registry.code_files("metrics", spec.name) | package_code("api.comparison")
             if isinstance(metric, SetMetric):
                 files |= package_code(SETS)
             if isinstance(metric, PairMetric):
                 files |= package_code(PAIRS)
-            parameters = Spec.parse(name).parameters
-            chosen = f" {facts_digest(parameters)[:8]}" if parameters else ""
+            chosen = f" {facts_digest(spec.parameters)[:8]}" if spec.parameters else ""
             versions[metric.card.name] = f"{metric.card.version}+{code_hash(files)}{chosen}"
         return versions
 

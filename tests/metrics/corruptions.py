@@ -179,11 +179,6 @@ def knees_back(motion: Positions, name: str, amount: float) -> Positions:
     return _with(motion, positions)
 
 
-def another(motion: Positions, name: str, amount: float) -> Positions:
-    """The right motion of another clip: the one half a set further on."""
-    raise NotImplementedError("a crowd knows the other clips")
-
-
 def leap(motion: Positions, name: str, amount: float) -> Positions:
     """The left foot is ``amount`` heights higher in a single frame."""
     positions = motion.positions.copy()
@@ -261,15 +256,14 @@ class Crowd:
         shown = {}
         for name, motion in self.motions.items():
             real, speed = self.real[name]
-            made = self._made(harm, motion, name, amount) if harm else real
+            made = features.features(harm(motion, name, amount))[0] if harm else real
             shown[name] = CaseFeatures(made[: len(real)], real[: len(made)], speed[: len(made)])
         return draw(shown, self.infos, self.stretches)
 
-    def _made(self, harm: Corruption, motion: Positions, name: str, amount: float) -> np.ndarray:
-        if harm is another:
-            names = list(self.real)
-            return self.real[names[(names.index(name) + len(names) // 2) % len(names)]][0]
-        return features.features(harm(motion, name, amount))[0]
+    def other_clip(self, motion: Positions, name: str, amount: float) -> Positions:
+        """The right motion of another clip: the one half a set further on."""
+        names = list(self.motions)
+        return self.motions[names[(names.index(name) + len(names) // 2) % len(names)]] if amount else motion
 
     def notice(self, harm: Corruption | None = None, amount: float = 0.0, value: str = "fid") -> float:
         """A value of harmed motion; without a harm, the floor."""

@@ -209,19 +209,36 @@ class SetMetricTrial(_Scored[SetMetric]):
             if not len(features.real):
                 yield f"{case.info.id}: no window in {LENGTH} frames"
 
+    @demand("distances are values of the card, 0 between equal sets and more between others")
+    def distances(self) -> Problems:
+        real, generated = self._two_sets()
+        declared = {value.id for value in self.plugin.card.values}
+        for name in sorted({*self.plugin.distances, *self.plugin.unbiased} - declared):
+            yield f"{name} is named among distances or unbiased values, and is no value of its card"
+        for name in sorted(declared.intersection(self.plugin.distances)):
+            own, other = self.plugin.value(name, real, real), self.plugin.value(name, real, generated)
+            if not abs(own) <= 1e-6 * abs(other) or not other > 0.0:
+                yield f"{name} is {own} between equal sets, and {other} between others"
+
     @demand("values do not depend on the order of the windows")
     def order(self) -> Problems:
+        real, generated = self._two_sets()
+        mixed = np.random.default_rng(8).permutation(len(generated.clips))
+        turned_round = Sample(generated.features[mixed], generated.clips[mixed])
+        for value in self.plugin.card.values:
+            straight = self.plugin.value(value.id, real, generated)
+            turned = self.plugin.value(value.id, real, turned_round)
+            if not abs(straight - turned) <= 1e-6 * max(abs(straight), 1e-3):
+                yield f"{value.id} was {straight}, and {turned} after the windows changed their order"
+
+    def _two_sets(self) -> tuple[Sample, Sample]:
+        """Two sets of random windows, as many as every value needs."""
         width = self._features(self.cases[0]).real.shape[1]
         random = np.random.default_rng(7)
         count = max(GROUPS * 5, *(self.plugin.least(value.id) for value in self.plugin.card.values))
         clips = np.array([f"clip {number % GROUPS}" for number in range(count)])
         real, generated = (Sample(random.normal(size=(count, width)), clips) for _ in range(2))
-        mixed = random.permutation(count)
-        for value in self.plugin.card.values:
-            straight = self.plugin.value(value.id, real, generated)
-            turned = self.plugin.value(value.id, real, Sample(generated.features[mixed], clips[mixed]))
-            if not abs(straight - turned) <= 1e-6 * max(abs(straight), 1e-3):
-                yield f"{value.id} was {straight}, and {turned} after the windows changed their order"
+        return real, generated
 
     def _features(self, case: Case) -> CaseFeatures:
         assert case.reference is not None
