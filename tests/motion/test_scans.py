@@ -195,6 +195,18 @@ def test_vertices_that_are_not_finite_are_refused(tmp_path, mesh, value):
             load(tmp_path / "bad.ply")
 
 
+def test_a_mesh_that_lies_in_one_plane_but_for_rounding_is_refused_in_a_sentence(tmp_path):
+    """One vertex lies so far away that all faces are in the plane of a floor: nothing would be left."""
+    vertices = np.array(
+        [[0, 0, 0], [1, 3.602879701896397e16, 1.3032075718220799e-43], [0, 1, 0], [0, 0, 1]]
+    )
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    (tmp_path / "far.ply").write_bytes(ply(vertices, faces))
+    for load in (load_scan, load_body):
+        with pytest.raises(FileError, match=r"far\.ply: has faces without area only"):
+            load(tmp_path / "far.ply")
+
+
 def joined(*meshes: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Vertices and faces of several meshes in one."""
     before = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])

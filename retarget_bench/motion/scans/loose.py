@@ -97,12 +97,12 @@ def _plane(frame: Frame) -> np.ndarray:
         return np.zeros(len(faces) or len(vertices), bool)
     start, normal, thick = best
     near = np.abs((vertices - start) @ normal) <= thick
-    if not len(faces):
-        return np.asarray(near)
-    in_plane = near[faces].all(axis=1)
-    part = parts(merged(frame)[1])
-    flat = ~np.isin(part, part[~in_plane])  # of parts that are nothing but plane
-    return np.asarray(flat if flat.any() else in_plane)
+    if len(faces):
+        in_plane = near[faces].all(axis=1)
+        part = parts(merged(frame)[1])
+        flat = ~np.isin(part, part[~in_plane])  # of parts that are nothing but plane
+        near = flat if flat.any() else in_plane
+    return np.asarray(near & ~near.all())  # beside a floor there is a body
 
 
 def _looked_at(frame: Frame) -> np.ndarray:
