@@ -1,14 +1,14 @@
 """Hands that touch something in the source: the other hand, the own body, or the floor."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from retarget_bench.motion import rotation
 from retarget_bench.motion.planting.ease import smooth, smoothstep, spread
 from retarget_bench.motion.planting.feet import Exchange, held, planted, walked
-from retarget_bench.motion.planting.two_bone import Limb, Rig
+from retarget_bench.motion.planting.palms import Reach, shared_bones
+from retarget_bench.motion.planting.two_bone import Limb
 
 _TOUCH, _CLEAR = 0.06, 0.21
 """Arm lengths from palm to bone (2 and 7 % of a body height): a touch up to here, none from there."""
@@ -18,36 +18,6 @@ _SETTLE, _SETTLE_FAR = 1 / 6, 1.0
 """Seconds over which hand corrections are averaged (longer would wash out clapping), and their size."""
 _LOW = 0.08
 """Body heights above the floor up to which a resting hand leans on it."""
-_PALM = 0.35
-"""Fore-arm lengths from the wrist to the palm."""
-_BONES = (
-    ("head", "head_top"),
-    ("hips", "chest"),
-    ("chest", "head"),
-    ("left_up_leg", "right_up_leg"),
-    ("left_arm", "right_arm"),
-    ("left_up_leg", "left_leg"),
-    ("right_up_leg", "right_leg"),
-    ("left_leg", "left_foot"),
-    ("right_leg", "right_foot"),
-    ("left_arm", "left_forearm"),
-    ("left_forearm", "left_hand"),
-    ("right_arm", "right_forearm"),
-    ("right_forearm", "right_hand"),
-)
-"""Lines between two joints that a hand can touch (``chest``: the last of the spine)."""
-
-
-@dataclass(frozen=True)
-class Reach:
-    """One body's palms and what they can touch, over time.
-
-    palms: ``(frames, 2, 3)`` metres, left and right. starts, ends: ``(frames, bones, 3)``.
-    """
-
-    palms: np.ndarray
-    starts: np.ndarray
-    ends: np.ndarray
 
 
 def touches(exchange: Exchange, arms: Sequence[tuple[Limb, Limb]]) -> list[np.ndarray]:
@@ -59,14 +29,14 @@ def touches(exchange: Exchange, arms: Sequence[tuple[Limb, Limb]]) -> list[np.nd
     """
     source, pose, arm = exchange.source, exchange.pose, exchange.source.character.measures.arm_length
     scale = exchange.target_rig.character.measures.arm_length / arm
-    bones = _shared_bones(exchange.source_rig, exchange.target_rig)
+    (source_bones, target_bones), allowed = shared_bones(exchange.source_rig, exchange.target_rig)
     source_arms, target_arms = zip(*arms, strict=True)
 
     def moves_of(*points: np.ndarray) -> np.ndarray:
         """``(frames, 2, 3)`` the moves that the hands need in each frame on its own."""
-        before = _reach(exchange.source_rig, source_arms, bones[0], *points[:2])
-        after = _reach(exchange.target_rig, target_arms, bones[1], *points[2:])
-        moves = np.stack([_to_body(before, after, hand, bones[2], arm, scale) for hand in (0, 1)], axis=1)
+        before = Reach.of(exchange.source_rig, source_arms, source_bones, *points[:2])
+        after = Reach.of(exchange.target_rig, target_arms, target_bones, *points[2:])
+        moves = np.stack([_to_body(before, after, hand, allowed, arm, scale) for hand in (0, 1)], axis=1)
         apart = before.palms[:, 1] - before.palms[:, 0]
         moved = after.palms + moves
         error = scale * apart - (moved[:, 1] - moved[:, 0])
@@ -103,11 +73,7 @@ def _to_body(
     before: Reach, after: Reach, hand: int, allowed: np.ndarray, arm: float, scale: float
 ) -> np.ndarray:
     """``(frames, 3)`` what brings one palm to where the source's touches its body."""
-    start, line = before.starts, before.ends - before.starts
-    palm = before.palms[:, hand, None]
-    square = np.maximum((line * line).sum(-1), 1e-12)
-    along = np.clip(((palm - start) * line).sum(-1) / square, 0.0, 1.0)[..., None]
-    away = palm - (start + along * line)
+    along, away = before.to_bones(hand)
     weight = _closeness(away / arm) * allowed[hand]
     goals = after.starts + along * (after.ends - after.starts) + scale * away
     mean = (weight[..., None] * goals).sum(1) / np.maximum(weight.sum(1), 1e-9)[:, None]
@@ -117,32 +83,3 @@ def _to_body(
 def _closeness(away: np.ndarray) -> np.ndarray:
     """1 for a touch, 0 when clear of it; ``away`` ``(..., 3)`` in arm lengths."""
     return smoothstep((_CLEAR - np.linalg.norm(away, axis=-1)) / (_CLEAR - _TOUCH))
-
-
-def _shared_bones(source_rig: Rig, target_rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Joint pairs ``(bones, 2)`` on both bodies, and which ``(2, bones)`` each hand can touch."""
-    pairs: tuple[list[list[int]], list[list[int]]] = ([], [])
-    free: list[list[bool]] = []
-    for bone in _BONES:
-        ends = [[rig.joint(role) for role in bone] for rig in (source_rig, target_rig)]
-        if bone == ("head", "head_top") and min(ends[0] + ends[1]) < 0:
-            ends = [[end[0], end[0]] for end in ends]
-        if min(ends[0] + ends[1]) >= 0:
-            pairs[0].append(ends[0])
-            pairs[1].append(ends[1])
-            arm = bone[1].endswith(("forearm", "hand"))
-            free.append([not (arm and bone[1].startswith(side)) for side in ("left", "right")])
-    return np.array(pairs[0]), np.array(pairs[1]), np.array(free, dtype=float).T
-
-
-def _reach(
-    rig: Rig, arms: Sequence[Limb], bones: np.ndarray, places: np.ndarray, turned: np.ndarray
-) -> Reach:
-    palms = []
-    for arm in arms:
-        forearm = rig.rest[arm.end] - rig.rest[arm.lower]
-        turn = rotation.multiply(
-            turned[:, arm.end], rotation.conjugate(rig.character.reference_globals[arm.end])
-        )
-        palms.append(places[:, arm.end] + _PALM * rotation.rotate(turn, forearm))
-    return Reach(np.stack(palms, axis=1), places[:, bones[:, 0]], places[:, bones[:, 1]])

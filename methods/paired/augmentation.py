@@ -38,6 +38,7 @@ def mirrored(arrays: Mapping[str, np.ndarray]) -> Arrays:
         "hips": arrays["hips"] * _FLIPPED,
         "turn": arrays["turn"] * np.array([1, -1], np.float32),
         "planted": arrays["planted"][:, [2, 3, 0, 1]],
+        "near": arrays["near"][:, ::-1],
     }
 
 

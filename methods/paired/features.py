@@ -9,6 +9,10 @@ from retarget_bench.motion import contact, facing, rotation, transfer
 from retarget_bench.motion.body22 import Body22
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.planting.ease import smooth, smoothstep
+from retarget_bench.motion.planting.palms import Reach, shared_bones
+from retarget_bench.motion.planting.two_bone import rig_of
+from retarget_bench.motion.roles import SIDES
 from retarget_bench.motion.structures import BODY22
 
 FPS = 30.0
@@ -21,6 +25,14 @@ MIRRORED = tuple(
 """The joint on the other side."""
 SMOOTHING = 3.0
 """Frames: standard deviation of the Gaussian over which the facing direction is averaged."""
+
+TOUCH, CLEAR = 0.08, 0.16
+"""Heights from a palm to the middle of what it may touch: near up to the first, clear of it from the
+second."""
+LOW, HIGH = 0.1, 0.2
+"""Heights of a palm above the floor: likewise."""
+_SETTLE = 1 / 6
+"""Seconds over which the nearness of hands is averaged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +61,7 @@ class RoleBody:
 
         rotations: ``(22, 4)`` in aligned form. hips: ``(3,)`` metres. turn: ``(2,)`` where it faces, the
         parts of a unit complex number. planted: ``(4,)`` 1 where ankles and toes rest, by speed.
+        near: ``(2,)`` see ``near``.
         """
         rotations, hips = self.body.see(motion)
         places = motion.positions
@@ -64,6 +77,7 @@ class RoleBody:
             "hips": hips,
             "turn": facing.parts(turn),
             "planted": planted,
+            "near": near(motion),
         }
         return {name: array.astype(np.float32) for name, array in arrays.items()}
 
@@ -81,3 +95,28 @@ class RoleBody:
                 step = rotation.multiply(rotation.conjugate(relative[:, parent]), relative[:, joint])
                 orientations[:, joint] = rotation.multiply(orientations[:, parent], step)
         return transfer.from_relative(self.character, orientations)
+
+
+def near(motion: Motion) -> np.ndarray:
+    """``(frames, 2)`` 1 where the left and the right palm may touch the own body, the other palm or the
+    floor, 0 where they are clear of all, eased in between."""
+    body, height = motion.character, motion.character.height
+    rig = rig_of(body)
+    (bones,), allowed = shared_bones(rig)
+    arms = [rig.limbs[side, "arm"] for side in SIDES]
+
+    def closeness(places: np.ndarray, turned: np.ndarray) -> np.ndarray:
+        reach = Reach.of(rig, arms, bones, places, turned)
+        apart = np.linalg.norm(reach.palms[:, 1] - reach.palms[:, 0], axis=-1)
+        out = []
+        for hand in (0, 1):
+            away = np.linalg.norm(reach.to_bones(hand)[1], axis=-1)
+            gap = np.where(allowed[hand] > 0, away, np.inf).min(axis=1, initial=np.inf)
+            touching = smoothstep((CLEAR - np.minimum(gap, apart) / height) / (CLEAR - TOUCH))
+            leaning = smoothstep((HIGH - reach.palms[:, hand, 1] / height) / (HIGH - LOW))
+            out.append(np.maximum(touching, leaning))
+        return np.stack(out, axis=1)
+
+    return smooth(
+        rotation.in_blocks(closeness, motion.positions, motion.global_rotations), motion.fps, _SETTLE
+    )

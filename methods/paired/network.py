@@ -15,11 +15,11 @@ from retarget_bench.training.weights import fill
 
 from .features import FEET, FPS
 from .figure import Figure, Figures
-from .pose import ARMS, END, LEGS, TRUNK, UPPER, Goals, Posed, copied, exponential, multiply, posed
+from .pose import ARMS, END, LEGS, UPPER, Goals, Posed, copied, multiply, posed
 
 INPUTS = 2 * 3 * JOINTS + 6 * JOINTS + 5 + len(FEET)
 BODIES = 2 * 3 * JOINTS + 2
-SIZES = {"trunk": 3 * len(TRUNK), "hips": 3, "limbs": 3 * 4, "swivel": 4, "ends": 3 * 4}
+SIZES = {"hips": 3, "limbs": 3 * 4, "swivel": 4}
 """Part of a correction -> how many numbers it has in a frame."""
 LARGEST = 0.15
 """Of the logarithm of the path's scale."""
@@ -28,16 +28,23 @@ LARGEST = 0.15
 class Correction(NamedTuple):
     """Changes of a copied motion, over ``(rows, frames)``.
 
-    trunk, ends: ``(10, 3)`` and ``(4, 3)`` rotation vectors. hips, limbs: ``(3,)`` and ``(4, 3)`` left, up,
-    forward, in heights. swivel: ``(4,)`` radians. scale: ``(rows,)`` by which the level path is longer.
+    hips, limbs: ``(3,)`` and ``(4, 3)`` left, up, forward, in heights. swivel: ``(4,)`` radians.
+    scale: ``(rows,)`` by which the level path is longer.
     """
 
-    trunk: Tensor
     hips: Tensor
     limbs: Tensor
     swivel: Tensor
-    ends: Tensor
     scale: Tensor
+
+    def where_near(self, near: Tensor) -> Self:
+        """The same without what arms do where hands touch nothing. near: ``(rows, frames, 2)`` 0 to 1."""
+        share = torch.cat([torch.ones_like(near), near], -1)
+        return self._replace(limbs=self.limbs * share[..., None], swivel=self.swivel * share)
+
+    def on_the_path(self) -> Self:
+        """The same with the hips left where the copy has them."""
+        return self._replace(hips=torch.zeros_like(self.hips), scale=torch.ones_like(self.scale))
 
 
 class Block(nn.Module):
@@ -99,16 +106,9 @@ class Corrector(nn.Module):
         for number, block in enumerate(self.blocks):
             hidden = block(hidden, steering[2 * number], steering[2 * number + 1], mask)
         out = self.leave(self.norm(hidden)).float()
-        trunk, hips, limbs, swivel, ends = (0.1 * out).split(list(SIZES.values()), dim=-1)
+        hips, limbs, swivel = (0.1 * out).split(list(SIZES.values()), dim=-1)
         scale = torch.exp(LARGEST * torch.tanh(self.path(code).float().squeeze(-1)))
-        return Correction(
-            2 * trunk.unflatten(-1, (-1, 3)),
-            hips,
-            limbs.unflatten(-1, (-1, 3)),
-            5 * swivel,
-            5 * ends.unflatten(-1, (-1, 3)),
-            scale,
-        )
+        return Correction(hips, limbs.unflatten(-1, (-1, 3)), 5 * swivel, scale)
 
 
 def ahead(vectors: Tensor, turn: Tensor) -> Tensor:
@@ -202,19 +202,19 @@ def goals_of(correction: Correction, start: Posed, turn: Tensor, target: Arrays)
     first, last = (indices(each, start.positions) for each in (UPPER, END))
     ends = start.positions[:, :, last]
     return Goals(
-        trunk=exponential(correction.trunk),
         hips=hips,
         feet=ends[:, :, LEGS] + moves[:, :, LEGS],
         hands=(ends - start.positions[:, :, first])[:, :, ARMS] + moves[:, :, ARMS],
         swivel=correction.swivel,
-        ends=multiply(start.turned[:, :, last], exponential(correction.ends)),
+        ends=start.turned[:, :, last],
     )
 
 
 def applied(
     network: Corrector, correction: Correction, motion: Arrays, source: Arrays, target: Arrays
 ) -> Posed:
-    """The copy with its correction."""
+    """The copy with its correction, of the arms where hands are near to something."""
+    correction = correction.where_near(motion["near"])
     start = copy_of(network, correction.scale, motion, source, target)
     goals = goals_of(correction, start, motion["turn"], target)
     return posed(network.tree, motion["rotations"], target["offsets"], goals)

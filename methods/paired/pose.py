@@ -1,4 +1,4 @@
-"""Posing a body: the trunk by turns of its joints, the four limbs by where their ends go.
+"""Posing a body: the trunk as it is, the four limbs by where their ends go.
 
 Limbs bend in closed form (two bones and a goal), so that a goal is met to rounding where it is in reach,
 and gradients of what the ends do reach the goals straight.
@@ -27,8 +27,6 @@ LIMBS = tuple(
 """Left leg, right leg, left arm, right arm: first, second and last joint."""
 UPPER, LOWER, END = (list(each) for each in zip(*LIMBS, strict=True))
 LEGS, ARMS = slice(0, 2), slice(2, 4)
-TRUNK = tuple(rank for rank in range(len(BODY22)) if rank not in {*UPPER, *LOWER, *END})
-"""Joints that turn by themselves: hips, spine, neck, head, collar bones and toes."""
 TOES = [BODY22.index(f"{side}_toe") for side in ("left", "right")]
 AXES = torch.tensor(np.array([HINGES[BODY22[joint]] for joint in UPPER]), dtype=torch.float32)
 """``(4, 3)`` in the reference pose; a positive turn about it folds the limb."""
@@ -48,12 +46,10 @@ class Posed(NamedTuple):
 
 @dataclass(frozen=True)
 class Goals:
-    """Goals of a body. trunk: ``(rows, frames, 10, 4)`` by which the joints of ``TRUNK`` turn more.
-    hips: ``(rows, frames, 3)`` metres. feet: ``(rows, frames, 2, 3)`` where ankles go in the world; hands:
-    likewise, from the shoulder joint. swivel: ``(rows, frames, 4)`` radians about the line to the goal.
-    ends: ``(rows, frames, 4, 4)`` how feet and hands are turned in the world."""
+    """Goals of a body. hips: ``(rows, frames, 3)`` metres. feet: ``(rows, frames, 2, 3)`` where ankles go
+    in the world; hands: likewise, from the shoulder joint. swivel: ``(rows, frames, 4)`` radians about the
+    line to the goal. ends: ``(rows, frames, 4, 4)`` how feet and hands are turned in the world."""
 
-    trunk: Tensor
     hips: Tensor
     feet: Tensor
     hands: Tensor
@@ -69,12 +65,8 @@ def copied(tree: Tree, rotations: Tensor, hips: Tensor, offsets: Tensor) -> Pose
 def posed(tree: Tree, rotations: Tensor, offsets: Tensor, goals: Goals) -> Posed:
     """The pose that meets the goals. rotations: ``(rows, frames, 22, 4)`` local, of the pose they start
     from. offsets: ``(rows, 22, 3)`` metres."""
-    trunk, firsts, seconds, lasts, tips = (
-        indices(each, rotations) for each in (TRUNK, UPPER, LOWER, END, TOES)
-    )
-    local = rotations.clone()
-    local[:, :, trunk] = multiply(rotations[:, :, trunk], goals.trunk)
-    places, turned = kinematics(tree, offsets, local, goals.hips)
+    firsts, seconds, lasts, tips = (indices(each, rotations) for each in (UPPER, LOWER, END, TOES))
+    places, turned = kinematics(tree, offsets, rotations, goals.hips)
     first, second, last = (places[:, :, each] for each in (firsts, seconds, lasts))
     aims = torch.cat([goals.feet - first[:, :, LEGS], goals.hands], 2)
     axes = rotate(turned[:, :, firsts], AXES.to(places, non_blocking=True).expand_as(first))
@@ -82,7 +74,7 @@ def posed(tree: Tree, rotations: Tensor, offsets: Tensor, goals: Goals) -> Posed
     upper, lower = multiply(swing, turned[:, :, firsts]), multiply(fold, turned[:, :, seconds])
     knee = first + rotate(swing, second - first)
     end = knee + rotate(fold, last - second)
-    toes = multiply(goals.ends[:, :, LEGS], local[:, :, tips])
+    toes = multiply(goals.ends[:, :, LEGS], rotations[:, :, tips])
     tip = end[:, :, LEGS] + rotate(
         goals.ends[:, :, LEGS], offsets[:, None, tips].expand_as(end[:, :, LEGS])
     )
@@ -139,13 +131,6 @@ def rotate(quaternions: Tensor, vectors: Tensor) -> Tensor:
     scalar, axis = quaternions[..., :1], quaternions[..., 1:]
     twice = 2.0 * torch.linalg.cross(axis, vectors)
     return vectors + scalar * twice + torch.linalg.cross(axis, twice)
-
-
-def exponential(vectors: Tensor) -> Tensor:
-    """Unit quaternions ``(..., 4)`` of rotation vectors ``(..., 3)``."""
-    half = 0.5 * vectors
-    angle = torch.sqrt(half.square().sum(-1, keepdim=True) + 1e-12)
-    return torch.cat([torch.cos(angle), half * torch.sin(angle) / angle], -1)
 
 
 def about(axis: Tensor, angle: Tensor) -> Tensor:

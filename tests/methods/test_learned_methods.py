@@ -48,7 +48,7 @@ ANSWERING = {
     "skr": {"points", "views"},
     "skin": {"skr"},
     "npt": set(),
-    "paired": {"feet"},
+    "paired": {"root_rule"},
 }
 """Parameters that weights do not depend on."""
 PIECES = {

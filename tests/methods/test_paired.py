@@ -1,21 +1,24 @@
 """Paired: poses by goals, augmentation, training on pairs, and answers."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pytest
 import torch
 from torch import Tensor
 
+from retarget_bench.api import Case, Context
 from retarget_bench.methods.paired import Paired, augmentation, pose
-from retarget_bench.methods.paired.features import BODY22, RoleBody
-from retarget_bench.methods.paired.inference import retargeted
+from retarget_bench.methods.paired.features import BODY22, RoleBody, near
+from retarget_bench.methods.paired.inference import RootRule, retargeted
 from retarget_bench.methods.paired.network import Corrector, copy_of, goals_of, inputs_of
 from retarget_bench.methods.paired.training import PairedTraining
 from retarget_bench.motion import rotation, transfer
 from retarget_bench.motion.body22 import PARENTS
 from retarget_bench.motion.character import Character
-from retarget_bench.plugins import bound
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.roles import SIDES
+from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import pair_data
 from retarget_bench.training.data import ClipArrays, TrainingData
@@ -74,7 +77,7 @@ def test_limbs_meet_goals_in_reach_and_keep_their_bones(training: PairedTraining
     }
     bodies, network = (row["source"], row["target"]), loosened(training.network).double()
     correction = network(*inputs_of(network, row["motion"], *bodies), row["real"]["frames"])
-    correction = correction._replace(trunk=correction.trunk.double(), limbs=0.2 * correction.limbs.double())
+    correction = correction._replace(limbs=0.2 * correction.limbs)
     start = copy_of(network, correction.scale, row["motion"], *bodies)
     goals = goals_of(correction, start, row["motion"]["turn"], row["target"])
     answer = pose.posed(network.tree, row["motion"]["rotations"], row["target"]["offsets"], goals)
@@ -218,25 +221,59 @@ def test_padding_changes_nothing(training: PairedTraining) -> None:
 
 
 # ------------------------------------------------------------------------------------------------ answers
-def test_without_correction_it_copies_and_holds_the_feet() -> None:
+def test_without_correction_it_is_ik_that_does_not_mind_hands() -> None:
+    """Cuts, the rule of the path and held feet are those of ik; only limbs are bent once more."""
     case = _case()
+    again = _moved(case.source, [3.0, 0.0, 1.0])
+    pairs = [(each.rotations, each.root) for each in (case.source, again)]
+    twice = [np.concatenate(each) for each in zip(*pairs, strict=True)]
+    source = case.source.character.motion(*twice, case.source.fps)
+    for rule in ("hip_height", "mixamo"):
+        plain = registry.create("methods", Spec("ik", {"hands": False, "root_rule": rule}))
+        right = plain.retarget(source, case.target, context=Context(seed=0))
+        answer = retargeted(Corrector().eval(), source, case.target, rule)
+        off = np.linalg.norm(answer.positions - right.positions, axis=-1)
+        assert off.max() < 0.002 * case.target.height
+        assert np.median(off) < 1e-5 * case.target.height
+
+
+@pytest.mark.parametrize("root_rule", ["hip_height", "learned"])
+def test_arms_that_touch_nothing_stay_as_they_were_copied(root_rule: RootRule) -> None:
+    case = _case("clap")
+    network = loosened(Corrector()).eval()
+    answer = retargeted(network, case.source, case.target, root_rule)
     copied = transfer.carry(case.source, case.target, "hip_height")
-    free = retargeted(Corrector().eval(), case.source, case.target, feet=False)
-    moved = free.positions - copied.positions
-    assert np.allclose(moved, moved[:, :1], atol=2e-5)  # the whole body, ...
-    assert np.allclose(moved[..., [0, 2]], 0, atol=2e-5)  # ... up or down, since soles differ in thickness
-    assert np.abs(moved).max() < 0.01 * case.target.height
-    held = retargeted(Corrector().eval(), case.source, case.target)
-    assert case.contacts is not None
-    rests = case.contacts.planted[1:] & case.contacts.planted[:-1]
-    joints = [case.target.joint_of[role] for role in case.contacts.roles]
-    moved = [
-        np.linalg.norm(np.diff(each.positions[:, joints], axis=0), axis=-1)[rests] for each in (held, free)
-    ]
-    assert moved[0].mean() < 0.5 * moved[1].mean() + 1e-6
+    apart = near(case.source)
+    above = [case.target.joint_of[each] for each in ("neck", "left_arm", "left_forearm", "left_hand")]
+    from_hips = [each.positions[:, above] - each.positions[:, :1] for each in (answer, copied)]
+    moved = np.linalg.norm(from_hips[0] - from_hips[1], axis=-1)
+    clear, close = apart[:, 0] == 0, apart[:, 0] == 1
+    assert clear.any()
+    assert moved[clear].max() < 1e-5
+    assert close.any()
+    assert moved[close, -1].min() > 1e-3
+    assert moved[:, :2].max() < 1e-5  # neck and shoulder
 
 
-def _case():
+def test_palms_are_near_to_what_they_may_touch() -> None:
+    """A clap: both at once when the wrists are closest, none when they are far apart; anywhere level."""
+    motion = _case("clap").source
+    found, hands = near(motion), [motion.character.joint_of[f"{side}_hand"] for side in SIDES]
+    apart = np.linalg.norm(motion.positions[:, hands[0]] - motion.positions[:, hands[1]], axis=-1)
+    assert found.shape == (motion.frames, 2)
+    assert found[apart.argmin()].min() == 1.0
+    assert found[apart.argmax()].max() == 0.0
+    assert found.min() >= 0.0
+    assert np.allclose(near(_moved(motion, [5.0, 0.0, -2.0])), found, atol=1e-9)
+    sunk = _moved(motion, [0.0, -0.8 * motion.character.height, 0.0])
+    assert near(sunk).min() == 1.0  # on the floor
+
+
+def _moved(motion: Motion, offset: Sequence[float]) -> Motion:
+    return motion.character.motion(motion.rotations, motion.root + offset, motion.fps)
+
+
+def _case(kind: str = "walk") -> Case:
     puppets = bound.dataset(PUPPETS).built
     infos = puppets.cases("retarget", "intra")
-    return puppets.load(next(info for info in infos if info.kind == "walk"))
+    return puppets.load(next(info for info in infos if info.kind == kind))
