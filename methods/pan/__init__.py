@@ -70,6 +70,9 @@ class Pan(SkeletalMethod):
         version="1",
         paper="Hu, Zhang, Zhong, Jiang, Xia: Pose-aware Attention Network for Flexible Motion "
         "Retargeting by Body Part, TVCG 2023",
+        authors_weights="run download_pretrained.sh of github.com/hlcdyy/pan-motion-retargeting; "
+        "weights=its pretrained_mixamo, or with parts=three pretrained_lafan1dog (with "
+        "variant=released)",
         published=(
             {"variant": "released"},
             {"variant": "released", "parts": "three"},

@@ -91,6 +91,7 @@ class R2ET(LearnedMethod):
         version="1",
         paper="Zhang, Weng, Kang, Zhao, Huang, Zhe, Bao, Shan, Wang, Tu: Skinned Motion Retargeting with "
         "Residual Perception of Motion Semantics & Geometry, CVPR 2023",
+        authors_weights="skeleton_aware_pre.pt of github.com/Kebii/R2ET; weights=that file",
         published=({"dropout": 0.2, "size": "chain"}, {"dropout": 0.2, "size": "published"}),
         differs={"dropout": "no dropout", "size": "path scaled by hip heights"},
     )

@@ -82,6 +82,8 @@ class Same(LearnedMethod):
         version=VERSION,
         paper="Lee, Kang, Park, Lee, Won: SAME: Skeleton-Agnostic Motion Embedding for Character "
         "Animation, SIGGRAPH Asia 2023",
+        authors_weights="result/ckpt0 of github.com/sunny-Codes/SAME (CC BY-NC 4.0); weights=the folder "
+        "with last_model.pt and ms_dict.pt",
         published=({"path": "integrated"},),
         differs={"path": "path relative to the source's"},
         default=False,

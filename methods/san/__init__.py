@@ -63,6 +63,8 @@ class San(SkeletalMethod):
         version="1",
         paper="Aberman, Li, Lischinski, Sorkine-Hornung, Cohen-Or, Chen: Skeleton-Aware Networks for "
         "Deep Motion Retargeting, SIGGRAPH 2020",
+        authors_weights="retargeting/pretrained of github.com/DeepMotionEditing/deep-motion-editing; "
+        "weights=that folder (with variant=released)",
         published=({"variant": "released"},),
         default=False,
         apart="for the structures in the training data alone",

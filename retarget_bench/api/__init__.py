@@ -36,6 +36,7 @@ from retarget_bench.api.methods import Context as Context
 from retarget_bench.api.methods import Method as Method
 from retarget_bench.api.methods import MethodCard as MethodCard
 from retarget_bench.api.methods import Parameters as Parameters
+from retarget_bench.api.methods import TrainingShare as TrainingShare
 from retarget_bench.api.metrics import TWO_LEGS as TWO_LEGS
 from retarget_bench.api.metrics import AnyMetric as AnyMetric
 from retarget_bench.api.metrics import CaseFeatures as CaseFeatures

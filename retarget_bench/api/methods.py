@@ -34,6 +34,7 @@ class MethodCard:
     """Description of a method, and its needs.
 
     title:      the name as people write it, a constant (``HuMoT``); "": the plug-in's, with spaces.
+    authors_weights: where the weights of the paper's authors, which ``weights`` also takes, can be had.
     published:  of a method with a paper: sets of parameters with which it is as published.
     differs:    of a method with a paper: parameter -> how its default differs from the paper, in a few
                 words; of a method without one, what distinguishes it from others of its kind.
@@ -64,6 +65,7 @@ class MethodCard:
     published: tuple[Parameters, ...] = ()
     differs: Mapping[str, str] = field(default_factory=dict)
     licence: str = ""
+    authors_weights: str = ""
     accepts: tuple[str, ...] = ("motion",)
     needs: tuple[str, ...] = ()
     uses: tuple[str, ...] = ()
@@ -80,8 +82,22 @@ class MethodCard:
     """Parameter name -> one line that says what it does and which values it takes."""
 
     def __post_init__(self) -> None:
-        texts(self, "name", "summary", "version", "title", "paper", "licence")
+        texts(self, "name", "summary", "version", "title", "paper", "licence", "authors_weights")
         words(self, "accepts", "needs", "uses", "tasks")
+
+
+@dataclass(frozen=True)
+class TrainingShare:
+    """What training of weights has seen of the windows of its paper's, counted by their frames.
+
+    part: of all; 1 is as much. at_least: some windows were not counted.
+    """
+
+    part: float
+    at_least: bool = False
+
+    def __str__(self) -> str:
+        return f"{'at least ' * self.at_least}{100 * self.part:.2g} %"
 
 
 @dataclass(frozen=True)
@@ -192,8 +208,8 @@ class Method(ABC):
         return self.card.trained_on
 
     @cached_property
-    def training_share(self) -> float | None:
-        """Frames that training of the weights has seen, over those of its paper's; None: not known."""
+    def training_share(self) -> TrainingShare | None:
+        """How much of its paper's training the weights have had; None: not known, or no paper says."""
         return None
 
     # -------------------------------------------------------------------------------- to be trained

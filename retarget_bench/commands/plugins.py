@@ -29,6 +29,7 @@ FACTS = (
     ("version", "version"),
     ("paper", "paper"),
     ("licence", "licence"),
+    ("authors_weights", "weights of its authors"),
     ("obtain", "to get it"),
     ("accepts", "takes motions known by"),
     ("needs", "needs (privileged)"),
@@ -207,6 +208,7 @@ def _weights(factory: Any, spec: Spec) -> list[str]:
     """The cards of shipped weights; of a spec that names weights, theirs alone."""
     from retarget_bench.training import weights
     from retarget_bench.training.card_text import described
+    from retarget_bench.training.learned_method import of_weights
 
     explicit = spec.parameters.get("weights")
     names = [str(explicit)] if explicit else list(factory.shipped())
@@ -218,7 +220,8 @@ def _weights(factory: Any, spec: Spec) -> list[str]:
         lines += ["", f"Weights {name}"]
         card = factory.card_of(name)
         weights.check(name, card, spec.name)
-        lines += [x for fact in described(card) for x in _wrapped(fact, "  ")]
+        share = of_weights(spec.name, name).training_share
+        lines += [x for fact in described(card, share) for x in _wrapped(fact, "  ")]
     return lines
 
 

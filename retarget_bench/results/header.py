@@ -12,11 +12,11 @@ from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Any, TypeVar
 
-from retarget_bench.api import SPLITS, Direction, Parameters, Unreadable, Value
+from retarget_bench.api import SPLITS, Direction, Parameters, TrainingShare, Unreadable, Value
 from retarget_bench.errors import mistakes
 from retarget_bench.plugins.spec import Spec
 
-SCHEMA = 4
+SCHEMA = 5
 STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
 """``missing``: scoring was asked for and no prediction was there."""
 WAITING = "not done yet"
@@ -38,7 +38,7 @@ class MethodInfo:
     trained_on: what the weights were trained on (characters, structures, kinds, clips); None: untrained;
                 empty: not known.
     folders:    parameter -> the folder, its name alone, that its local weights were read from.
-    training_share: frames that training has seen, over those of the paper's training; None: not known.
+    training_share: see ``Method``; None: not known.
     """
 
     name: str = ""
@@ -55,7 +55,7 @@ class MethodInfo:
     root_rule: str = ""
     environment: Mapping[str, Any] = field(default_factory=dict)
     trained_on: Mapping[str, tuple[str, ...]] | None = None
-    training_share: float | None = None
+    training_share: TrainingShare | None = None
     folders: Mapping[str, str] = field(default_factory=dict)
 
     @property

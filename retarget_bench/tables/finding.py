@@ -1,10 +1,16 @@
 """The finding of a table: one sentence made of its marks, its numbers and the headers of its methods."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 
 from retarget_bench.analysis.summary import SplitSummary
-from retarget_bench.api import CROSS, INTRA, SELF
+from retarget_bench.api import CROSS, INTRA, SELF, TrainingShare
+from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results.header import MethodInfo
 from retarget_bench.tables.model import Group, Row, count, listed
+from retarget_bench.tables.published.ours import whose
 
 WHERE = {CROSS: "across structures", INTRA: "within structures", SELF: "on their own bodies"}
 """The usual splits in words."""
@@ -15,8 +21,9 @@ FEW = 3
 
 
 def finding(group: Group, sections: Sequence[SplitSummary]) -> str:
-    """The best methods on the first split, the share of contacts that learned methods keep, and their share
-    of their papers' training; "" where the table has none of these facts.
+    """The best methods on the first split, the share of contacts that learned methods keep, their share of
+    their papers' training, and of which the authors' weights can be had; "" where the table has none of
+    these facts.
 
     group: methods by values, of which the columns of one split come first. sections: of which it was made.
     """
@@ -24,19 +31,15 @@ def finding(group: Group, sections: Sequence[SplitSummary]) -> str:
     at = [number for number, column in enumerate(group.columns) if column.split == split]
     name = split or group.split
     where = f"{WHERE[name]} ({name})" if name in WHERE else f"on {name}"
-    shares = {
-        score.label: score.header.method.training_share
-        for section in sections
-        for score in section.scores
-        if score.header.method.training_share is not None
-    }
+    methods = {score.label: score.header.method for section in sections for score in section.scores}
     learned = [row for row in group.ranked if row.learned]
     contacts = _contacts(group, at, learned)
     subject = "they" if contacts and len(learned) > 1 else ""
-    clauses = [_best(group, at), contacts, _training([row.label for row in learned], shares, subject)]
-    sentence = "; ".join(filter(None, clauses[:2]))
+    trained = {row.label: methods[row.label] for row in learned}
+    sentence = "; ".join(filter(None, [_best(group, at), contacts]))
     sentence = f"{where[0].upper()}{where[1:]} {sentence}" if sentence else ""
-    return "; ".join(filter(None, [sentence, clauses[2]])) + "." if any(clauses) else ""
+    clauses = [sentence, _training(trained, subject), _authors(trained)]
+    return "; ".join(filter(None, clauses)) + "." if any(clauses) else ""
 
 
 def _best(group: Group, at: Sequence[int]) -> str:
@@ -78,20 +81,29 @@ def _range(numbers: Iterable[float]) -> str:
     return f"{least} %" if least == most else f"{least} to {most} %"
 
 
-def _training(learned: Sequence[str], shares: dict[str, float], subject: str) -> str:
+def _training(learned: Mapping[str, MethodInfo], subject: str) -> str:
     """How much of their papers' training these methods have had, as far as it is known."""
-    trained = {label: shares[label] for label in learned if label in shares}
-    if not trained:
+    known = {label: method.training_share for label, method in learned.items()}
+    shares = {label: share for label, share in known.items() if share is not None}
+    if not shares:
         return ""
-    percentages = [f"{100 * share:.2g}" for share in sorted(trained.values())]
-    amount = (
-        f"{percentages[0]} %"
-        if percentages[0] == percentages[-1]
-        else f"{percentages[0]} to {percentages[-1]} %"
-    )
-    if len(trained) == len(learned) > 1:
-        return f"{subject or 'learned methods'} saw {amount} of their papers' training"
-    each = [f"{label} saw {100 * share:.2g} %" for label, share in trained.items()]
-    clause = listed(each) if len(trained) <= FEW else f"{len(trained)} learned methods saw {amount}"
-    clause += " of its paper's training" if len(trained) == 1 else " of their papers' training"
-    return clause + (", of others it is not known" if len(trained) < len(learned) else "")
+    ends = [TrainingShare(part) for part in (f(each.part for each in shares.values()) for f in (min, max))]
+    low, high = (str(end) for end in ends)
+    amount = "at least " * any(share.at_least for share in shares.values())
+    amount += low if low == high else f"{low.removesuffix(' %')} to {high}"
+    if len(shares) == len(learned) > 1:
+        return f"{subject or 'learned methods'} saw {amount} of their papers' windows"
+    each = [f"{label} saw {share}" for label, share in shares.items()]
+    clause = listed(each) if len(shares) <= FEW else f"{len(shares)} learned methods saw {amount}"
+    clause += " of its paper's windows" if len(shares) == 1 else " of their papers' windows"
+    return clause + (", of others it is not known" if len(shares) < len(learned) else "")
+
+
+def _authors(learned: Mapping[str, MethodInfo]) -> str:
+    """Where the weights of their papers' authors can be had, of methods that have others."""
+    published = []
+    for name in sorted({m.name for m in learned.values() if not whose(m).startswith("authors")}):
+        with suppress(BenchError):  # not installed
+            if registry.create("methods", Spec(name)).card.authors_weights:
+                published.append(f"bench info {name}")
+    return f"authors' weights: {listed(published)}" if published else ""

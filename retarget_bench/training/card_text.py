@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from retarget_bench.api import TrainingShare
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.record import DECISIVE, Record, Scores, TrainedOn, Validation, error
 
@@ -11,8 +12,8 @@ POINTS = 9
 """Of the validation curve: the first, the last, and evenly between them."""
 
 
-def described(card: Record) -> list[str]:
-    """Fact by fact, ``what: ...``, each unwrapped."""
+def described(card: Record, share: TrainingShare | None = None) -> list[str]:
+    """Fact by fact, ``what: ...``, each unwrapped. share: of its paper's training."""
     scores = card.best.scores if card.best else {}
     losses = {name: loss for name, loss in card.curve[-1].items() if name != "step"} if card.curve else {}
     facts = {
@@ -22,6 +23,7 @@ def described(card: Record) -> list[str]:
         "recipe": _recipe(card),
         "command": card.command,
         "training": _training(card),
+        "windows": f"{share} of its paper's" if share else "",
         "began with": f"weights {card.init}, and a fresh optimiser" if card.init else "",
         "machine": _machine(card),
         "losses": _pairs(losses.items()),
@@ -74,7 +76,9 @@ def _training(card: Record) -> str:
         return ""
     kept = f" (kept: those of step {card.step:,})" if card.step not in (0, card.steps) else ""
     averaged = ["an exponential average of weights"] if card.recipe and card.recipe.average else []
-    return ", ".join((f"{card.steps:,} steps{kept}", *averaged, hours(card.seconds), f"seed {card.seed}"))
+    windows = [f"{card.steps * card.recipe.batch:,} windows"] if card.recipe else []
+    steps = f"{card.steps:,} steps{kept}"
+    return ", ".join((steps, *windows, *averaged, hours(card.seconds), f"seed {card.seed}"))
 
 
 def _machine(card: Record) -> str:

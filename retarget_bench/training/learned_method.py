@@ -16,7 +16,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from retarget_bench.api import Ablation, Context, Method, MethodCard
+from retarget_bench.api import Ablation, Context, Method, MethodCard, TrainingShare
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import body22
 from retarget_bench.motion.character import Character
@@ -128,18 +128,14 @@ class LearnedMethod(Method):
         return self._card.training_manifest if self._card else None
 
     @property
-    def training_share(self) -> float | None:
-        """Frames that the training of the weights has seen, over those of the preset ``paper``.
-
-        None where there are no weights or no such preset, where they began with others, whose training
-        counts, too, and where their card does not say.
-        """
-        paper = getattr(self, "presets", {}).get("paper")
-        card = self._card
-        if paper is None or card is None or card.recipe is None or card.init or not card.steps:
+    def training_share(self) -> TrainingShare | None:
+        """Of the preset ``paper``. None where there is no paper or no such preset, where there are no
+        weights, and where their card does not say."""
+        paper = getattr(self, "presets", {}).get("paper") if self.card.paper else None
+        if paper is None or self._card is None or not self._card.frames:
             return None
-        frames = card.steps * card.recipe.batch * card.recipe.window
-        return float(frames / (paper.steps * paper.batch * paper.window))
+        whole = paper.steps * paper.batch * paper.window
+        return TrainingShare(self._card.frames / whole, self._card.uncounted)
 
     @property
     def untrained(self) -> str:

@@ -67,6 +67,7 @@ class Record(Hashed):
     method, version, facts: what the weights fit: the method's name and version, and ``Trainable.facts()``.
     recipe:       of the preset, with the budget's steps. budget: "": the preset's steps.
     command:      that asks for this, without places of files. init: hash of the weights that it began with.
+    earlier:      frames of the windows that training had drawn for those; uncounted: some were not counted.
     scored_as:    the method with all its parameters but its weights, as validation measures it.
     steps:        done, in ``seconds``. step: that of the weights kept; 0: validation chose none.
     processes:    that train together.
@@ -86,6 +87,8 @@ class Record(Hashed):
     command: str = ""
     seed: int = 0
     init: str | None = None
+    earlier: int = 0
+    uncounted: bool = False
     scored_as: str = ""
     steps: int = 0
     step: int = 0
@@ -97,6 +100,11 @@ class Record(Hashed):
     validation: Sequence[Validation] = ()
     training_manifest: Mapping[str, Sequence[str]] | None = None
     notes: Sequence[str] = ()
+
+    @property
+    def frames(self) -> int:
+        """Of all windows that were drawn for these weights, of those that they began with, too."""
+        return self.earlier + (self.steps * self.recipe.batch * self.recipe.window if self.recipe else 0)
 
     @property
     def best(self) -> Validation | None:

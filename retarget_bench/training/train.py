@@ -313,6 +313,8 @@ def _new(options: TrainingOptions, method: Spec) -> Run:
         budget=options.budget or "",
         seed=options.seed or 0,
         init=initial.hash if initial else None,
+        earlier=initial.frames if initial else 0,
+        uncounted=initial is not None and (initial.uncounted or not initial.frames),
         scored_as=str(method),
         processes=parallel.world(),
         training_manifest=seen,

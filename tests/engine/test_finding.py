@@ -20,9 +20,9 @@ def stored(root, name, world, recall=None, split="cross", **about):
     return changed(store(root, split, name, rows, **about), values=RECALLS)
 
 
-def learned(root, name, world, recall=None, share=None):
+def learned(root, name, world, recall=None, share=None, at_least=False):
     facts = {"trained_on": {"characters": ("here",)}}
-    facts |= {} if share is None else {"training_share": share}
+    facts |= {} if share is None else {"training_share": {"part": share, "at_least": at_least}}
     return stored(root, name, world, recall, **facts)
 
 
@@ -39,7 +39,7 @@ def test_all_that_is_known_is_said(tmp_path):
     assert said(tmp_path) == (
         "Across structures (cross) ik is best by world and contact recall; learned methods keep 9 to "
         "46 % of contacts, ik 96 %, other untrained ones 50 %; they saw 0.01 to 2 % of their papers' "
-        "training."
+        "windows."
     )
 
 
@@ -48,7 +48,7 @@ def test_another_best_by_another_value_and_a_learned_one_alone(tmp_path):
     learned(tmp_path, "net", 1.0, 0.25, 0.5)
     assert said(tmp_path) == (
         "Across structures (cross) net is best by world and ik by contact recall; net keeps 25 % of "
-        "contacts, ik 96 %; net saw 50 % of its paper's training."
+        "contacts, ik 96 %; net saw 50 % of its paper's windows."
     )
 
 
@@ -81,9 +81,18 @@ def test_what_is_not_known_is_left_out(tmp_path, share):
     learned(tmp_path, "deep", 2.0)
     sentence = "Across structures (cross) net is best by world"
     assert said(tmp_path) == (
-        f"{sentence}; net saw 10 % of its paper's training, of others it is not known."
+        f"{sentence}; net saw 10 % of its paper's windows, of others it is not known."
         if share
         else f"{sentence}."
+    )
+
+
+def test_windows_that_were_not_counted_and_weights_of_authors(tmp_path):
+    learned(tmp_path, "pan", 1.0, share=0.0023, at_least=True)
+    learned(tmp_path, "net", 2.0, share=0.0001)
+    assert said(tmp_path) == (
+        "Across structures (cross) pan is best by world; learned methods saw at least 0.01 to 0.23 % of "
+        "their papers' windows; authors' weights: bench info pan."
     )
 
 

@@ -11,6 +11,7 @@ import pytest
 import stored
 
 from retarget_bench.analysis.selection import Selection
+from retarget_bench.api import TrainingShare
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -292,14 +293,19 @@ def test_an_unknown_table_names_those_there_are() -> None:
 @pytest.mark.parametrize(
     ("weights", "trained_on", "share", "words"),
     [
-        ("puppets", {"kinds": ("walk",)}, 0.0031, "own weights, 0.31 % of its paper's training; ours: "),
+        (
+            "puppets",
+            {"kinds": ("walk",)},
+            TrainingShare(0.0031),
+            "own weights, 0.31 % of its paper's windows; ours: ",
+        ),
         ("puppets", {"kinds": ("walk",)}, None, "own weights; ours: "),
         ("authors-12345678", None, None, "authors' weights; ours: "),
         ("puppets", None, None, "ours: "),
     ],
 )
 def test_rows_say_whose_weights_they_have(
-    weights: str, trained_on: dict | None, share: float | None, words: str
+    weights: str, trained_on: dict | None, share: TrainingShare | None, words: str
 ) -> None:
     facts = {"trained_on": trained_on, "training_share": share, "privileged": (), "control": False}
     info = MethodInfo(name="same", label="same", parameters={"weights": weights}, **facts)

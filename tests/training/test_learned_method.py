@@ -268,7 +268,7 @@ def test_a_card_is_told_in_words():
     assert text["chosen by"] == (
         "validation cases of these data (12 intra, 12 cross); test cases were not used"
     )
-    assert text["training"] == "6,000 steps (kept: those of step 4,500), 3.5 h, seed 3"
+    assert text["training"] == "6,000 steps (kept: those of step 4,500), 192,000 windows, 3.5 h, seed 3"
     assert text["began with"].startswith("weights 0123456789abcdef")
     assert text["machine"] == "a slow processor, 2 threads, torch 2.13.0, 2 processes"
     assert text["recipe"].startswith("default: steps 6000, batch 32, window 60, rate 0.0005, fps 30")
@@ -280,6 +280,21 @@ def test_a_card_is_told_in_words():
     assert len(points) == 9
     assert text["has seen"] == "characters small; structures toy; kinds wiggle"
     assert text["hash"] == "ff"
+
+
+def test_windows_count_over_several_trainings_as_a_share_of_the_papers(tmp_path):
+    """PAN's paper: 150,000 steps of 256 windows of 64 frames."""
+    recipe = TrainingConfig(steps=0, batch=16, window=32, rate=1e-3)
+    facts = {"recipe": recipe, "steps": 1000, "init": "0123456789abcdef", "earlier": 64 * 16_000}
+    for uncounted, words in ((False, "0.062 %"), (True, "at least 0.062 %")):
+        record = Record(method="pan", version="1", facts={}, uncounted=uncounted, **facts)
+        pan = registry.create("methods", "pan")
+        pan.__dict__["_card"] = record
+        assert str(pan.training_share) == words
+        assert f"windows: {words} of its paper's" in described(record, pan.training_share)
+    ours = registry.create("methods", "paired")  # no paper
+    ours.__dict__["_card"] = Record(method="paired", version="1", facts={}, **facts)
+    assert ours.training_share is None
 
 
 def test_what_a_card_does_not_say_is_left_out():

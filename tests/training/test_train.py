@@ -340,6 +340,8 @@ def test_init_begins_with_given_weights_and_a_fresh_optimiser(toy_run, tmp_path)
     trained, _ = toy_run("more", init=str(tmp_path / "first"), budget="10it")
     assert trained.init == first.hash
     assert card(tmp_path / "more")["init"] == first.hash
+    assert trained.frames == first.frames + 10 * trained.recipe.batch * trained.recipe.window
+    assert not trained.uncounted
     assert str(tmp_path) not in json.dumps(card(tmp_path / "more"))
     started, fresh = (
         float(log.read(tmp_path / name)[0]["generator.rebuilt"]) for name in ("more", "first")

@@ -51,13 +51,13 @@ def about(method: MethodInfo) -> str:
 
 def whose(method: MethodInfo) -> str:
     """Whose weights a learned method has: ``authors' weights``, or ``own`` with the part of its paper's
-    training that they have seen, where that is known; "" of an untrained one."""
+    windows that they have seen, where that is known; "" of an untrained one."""
     if str(method.parameters.get("weights", "")).startswith(authors.LABEL):
         return "authors' weights"
     if method.trained_on is None:
         return ""
     share = method.training_share
-    return "own weights" if share is None else f"own weights, {100 * share:.2g} % of its paper's training"
+    return "own weights" if share is None else f"own weights, {share} of its paper's windows"
 
 
 def variant(method: MethodInfo) -> str:
