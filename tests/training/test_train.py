@@ -340,7 +340,9 @@ def test_init_begins_with_given_weights_and_a_fresh_optimiser(toy_run, tmp_path)
     trained, _ = toy_run("more", init=str(tmp_path / "first"), budget="10it")
     assert trained.init == first.hash
     assert card(tmp_path / "more")["init"] == first.hash
-    assert trained.frames == first.frames + 10 * trained.recipe.batch * trained.recipe.window
+    recipe = trained.recipe
+    assert first.card.frames == 200 * recipe.batch * recipe.window
+    assert trained.frames == 210 * recipe.batch * recipe.window
     assert not trained.uncounted
     assert str(tmp_path) not in json.dumps(card(tmp_path / "more"))
     started, fresh = (
