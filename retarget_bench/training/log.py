@@ -1,16 +1,13 @@
-"""``log.csv``, a row every few steps with the mean of every loss term, and ``loss.png``, its picture.
-
-What is in a row can be had as scalars of TensorBoard, too."""
+"""``log.csv``, a row every few steps with the mean of every loss term, and ``loss.png``, its picture."""
 
 import csv
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from retarget_bench.errors import BenchError, FileError
+from retarget_bench.errors import FileError
 from retarget_bench.files import atomic, write_text
 from retarget_bench.training.phases import NORM
 from retarget_bench.training.record import DECISIVE
@@ -31,14 +28,13 @@ Series = tuple[np.ndarray, np.ndarray]
 class Log:
     """The file of one run, and what was measured since its last row."""
 
-    def __init__(self, folder: Path, step: int = 0, tensorboard: bool = False) -> None:
+    def __init__(self, folder: Path, step: int = 0) -> None:
         """Continue a log from a checkpoint's step: rows of later steps are cut off."""
         self._path = folder / NAME
         rows = [row for row in read(folder) if int(row["step"]) <= step] if step else []
         self.columns = [name for name in (rows[0] if rows else FIXED) if any(r[name] for r in rows)]
         self.columns = self.columns or list(FIXED)
         self._sums: dict[str, tuple[float, int]] = {}
-        self._scalars = summary_writer()(str(folder), purge_step=step + 1) if tensorboard else None
         self._write([{name: row[name] for name in self.columns} for row in rows])
 
     def add(self, measured: Mapping[str, float]) -> None:
@@ -55,8 +51,7 @@ class Log:
     def row(self, step: int, seconds: float, rate: float, validation: Mapping[str, float]) -> None:
         """End a row. Raises FileError."""
         cells = {"step": str(step), "seconds": f"{seconds:.2f}", "rate": f"{rate:.6g}"}
-        measured = self.means | dict(validation)
-        cells |= {name: f"{value:.9g}" for name, value in measured.items()}
+        cells |= {name: f"{value:.9g}" for name, value in (self.means | dict(validation)).items()}
         self._sums = {}
         if new := [name for name in cells if name not in self.columns]:
             self.columns += new
@@ -66,26 +61,10 @@ class Log:
                 file.write(_lines(self.columns, [cells]))
         except OSError as error:
             raise FileError(self._path, f"cannot be written ({error.strerror or error})") from error
-        if self._scalars is not None:
-            for name, value in (measured | {"rate": rate}).items():
-                group, mark, rest = name.partition(" " if name in validation else ".")
-                self._scalars.add_scalar(f"{group}/{rest}" if mark else group, value, step)
-            self._scalars.flush()
 
     def _write(self, rows: Sequence[Mapping[str, str]]) -> None:
         header = ",".join(self.columns) + "\n"
         write_text(self._path, header + _lines(self.columns, rows))
-
-
-def summary_writer() -> Any:
-    """Torch's class that writes for TensorBoard. Raises BenchError where that is not installed."""
-    try:
-        from torch.utils.tensorboard import SummaryWriter
-    except ImportError as error:
-        raise BenchError(
-            "--tensorboard needs the package tensorboard: pip install 'retarget-bench[tensorboard]'"
-        ) from error
-    return SummaryWriter
 
 
 def _lines(columns: Sequence[str], rows: Sequence[Mapping[str, str]]) -> str:

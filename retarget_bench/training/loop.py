@@ -73,7 +73,6 @@ class Loop:
         show: Show,
         saved: Callable[[bool], None],
         workers: int = 0,
-        tensorboard: bool = False,
     ) -> None:
         """saved: called after every checkpoint (``at``), with whether its weights are the ``best`` so far.
         workers: processes that draw batches beforehand; 0: each is drawn when its step begins."""
@@ -81,7 +80,7 @@ class Loop:
         self.at, self.best = run, dict[str, Tensor]()
         self.module, self.config, self.budget, self.seed = module, run.recipe, run.limit, run.seed
         self.device, self.folder, self.validator = device, folder, validator
-        self.show, self.saved, self._tensorboard = show, saved, tensorboard
+        self.show, self.saved = show, saved
         config = self.config
         self.rows, rest = divmod(config.batch, parallel.world())
         if rest:
@@ -106,7 +105,7 @@ class Loop:
         if tensors:
             self._restore(tensors)
         first = parallel.rank() == 0
-        self._log = log.Log(self.folder, self.at.steps, self._tensorboard) if first else None
+        self._log = log.Log(self.folder, self.at.steps) if first else None
         self._begun = time.perf_counter() - self.at.seconds - spent
         self._used, self._started = self.budget.used(self.at.steps, self.at.seconds), self._seconds
         self._saved = self._validated = time.perf_counter()

@@ -17,6 +17,9 @@ class TrainingSettings(Parallel):
     budget: str | None = option(
         "Time (90s, 30m, 2h) or steps (20000it).", default=None, shown="the preset's", metavar="BUDGET"
     )
+    batch: int | None = option(
+        "Rows of a batch.", default=None, shown="the preset's", at_least=1, metavar="N"
+    )
     out: Path | None = option(
         "The run's folder.", default=None, shown="runs/train/METHOD", letter="o", metavar="DIR"
     )
@@ -31,7 +34,6 @@ class TrainingSettings(Parallel):
     precision: Literal["float32", "bfloat16"] | None = option(
         "Precision of matrix products in training.", default=None, shown="the preset's, float32"
     )
-    tensorboard: bool = option("Write the log for TensorBoard, too.", default=False)
     augment: bool = option(
         "Train on changed windows too: limbs, turns, mirror images, speeds.", default=False
     )

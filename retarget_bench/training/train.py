@@ -57,8 +57,6 @@ def train(options: TrainingOptions, reporter: ProgressReporter, begun: float | N
     begun: when the command began, by ``perf_counter``, which a budget of time counts from; None: now.
     Raises BenchError for whatever stands in the way."""
     begun = time.perf_counter() if begun is None else begun
-    if options.tensorboard:
-        log.summary_writer()  # says that it is missing before there is a run
     device = parallel.device(options.device)
     set_deterministic(device)
     parallel.join(device)
@@ -73,8 +71,8 @@ def train(options: TrainingOptions, reporter: ProgressReporter, begun: float | N
             return _train(folder, run, options, reporter, device, begun)
     except torch.cuda.OutOfMemoryError as error:
         raise BenchError(
-            f"{device} has not enough memory for this batch; spread it over more processes, or give the "
-            "method a preset with a smaller one"
+            f"{device} has not enough memory for this batch; ask for a smaller one with --batch, or spread "
+            "it over more processes"
         ) from error
     finally:
         parallel.leave()
@@ -141,7 +139,7 @@ def _train(
 
     show = _first_only(reporter.show)
     workers = options.jobs if device.type == "cuda" else 0
-    loop = Loop(run, module, device, folder, validator, show, saved, workers, options.tensorboard)
+    loop = Loop(run, module, device, folder, validator, show, saved, workers)
     if parallel.rank() == 0:
         run_folder.write(folder, run)
         for note in training_data.notes:
@@ -234,6 +232,7 @@ def _same(run: Run, options: TrainingOptions, method: Spec | None) -> Run:
     contradicted("method", run.scored_as, method and str(method))
     contradicted("preset", run.preset, options.preset)
     contradicted("seed", run.seed, options.seed)
+    contradicted("batch", run.recipe.batch, options.batch)
     contradicted("precision", run.recipe.precision, options.precision)
     contradicted("augment", run.recipe.augmentation is not None, options.augment or None)
     if options.dataset is not None:
@@ -295,7 +294,9 @@ def _new(options: TrainingOptions, method: Spec) -> Run:
     config = offered[name]
     if options.budget:
         config = replace(config, steps=Budget.parse(options.budget).steps or config.steps)
-    config = replace(config, precision=options.precision or config.precision)
+    config = replace(
+        config, batch=options.batch or config.batch, precision=options.precision or config.precision
+    )
     if options.augment:
         config = replace(config, augmentation=_augmentation(method, built, config))
     initial = _initial_weights(method, options.init).card if options.init else None
@@ -334,6 +335,8 @@ def _command(run: Run) -> str:
     parts += [word for each in data for word in ("-d", named.written(each, places=False))]
     parts += ["--preset", run.preset]
     parts += ["--budget", run.budget] if run.budget else []
+    own = presets(bound.method(Spec.parse(run.scored_as)).built)[run.preset]
+    parts += ["--batch", str(recipe.batch)] if recipe.batch != own.batch else []
     parts += ["--precision", recipe.precision] if recipe.precision != TrainingConfig.precision else []
     parts += ["--augment"] if recipe.augmentation is not None else []
     parts += ["--init", "WEIGHTS"] if run.init else []

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
-import sys
 
 import numpy as np
 import pytest
@@ -390,29 +389,6 @@ def test_a_log_that_is_cut_back_and_continued_is_the_log_of_an_uninterrupted_run
         file.write("10,5.0,0.0")  # killed while it wrote
     fill(tmp_path / "cut", 12, start=cut, late=4)
     assert (tmp_path / "cut" / log.NAME).read_bytes() == (tmp_path / "whole" / log.NAME).read_bytes()
-
-
-def test_tensorboard_gets_the_rows_of_the_log_and_those_after_a_resumption(toy_run, tmp_path):
-    accumulators = pytest.importorskip("tensorboard.backend.event_processing.event_accumulator")
-    toy_run(preset="quick", stop=7, tensorboard=True)
-    toy_run(preset="quick", resume=True, tensorboard=True)
-    events = accumulators.EventAccumulator(str(tmp_path / "run")).Reload()
-    assert set(events.Tags()["scalars"]) >= {"generator/rebuilt", "critic/norm", "rate"}
-    for tag, column in (
-        ("generator/rebuilt", "generator.rebuilt"),
-        ("validation/cross mpjpe_h.world", "validation cross mpjpe_h.world"),
-    ):
-        logged = [(int(row["step"]), float(row[column])) for row in log.read(tmp_path / "run")]
-        shown = [(each.step, each.value) for each in events.Scalars(tag)]
-        assert [step for step, _ in shown] == [step for step, _ in logged] == [5, 10]
-        np.testing.assert_allclose([x for _, x in shown], [x for _, x in logged], rtol=1e-6)
-
-
-def test_without_tensorboard_it_is_said_how_to_get_it(toy_run, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "torch.utils.tensorboard", None)
-    with pytest.raises(BenchError, match=r"pip install 'retarget-bench\[tensorboard\]'"):
-        toy_run(tensorboard=True)
-    assert not (tmp_path / "run").exists()
 
 
 def test_a_log_that_cannot_be_written_is_one_sentence(tmp_path):

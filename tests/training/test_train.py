@@ -234,6 +234,7 @@ def test_a_device_that_is_not_there_is_refused(monkeypatch):
         ({"budget": ""}, "began with budget 30it"),
         ({"preset": "quick"}, "began with preset default, not quick"),
         ({"seed": 7}, "began with seed 0, not 7"),
+        ({"batch": 3}, "began with batch 8, not 3"),
         ({"precision": "bfloat16"}, "began with precision float32, not bfloat16"),
         ({"augment": True}, "began with augment False, not True"),
     ],
@@ -249,6 +250,7 @@ def test_options_that_contradict_the_run_are_refused(toy_run, options, says):
     ("options", "words", "recipe"),
     [
         ({"precision": "bfloat16"}, "--precision bfloat16", {"precision": "bfloat16"}),
+        ({"batch": 3}, "--batch 3", {"batch": 3}),
         ({"augment": True}, "--augment", {"augmentation": asdict(Augmentation())}),
     ],
 )
