@@ -18,15 +18,20 @@ _TRIED = 32
 
 @dataclass(frozen=True)
 class Augmentation:
-    """Other motion made of the windows that a batch draws; the first four are shares of rows.
+    """Other motion made of the windows that a batch draws, and other bodies. Shares of rows: ``exchanged``,
+    ``turned``, ``mirrored``, ``warped``, ``veered``.
 
     exchanged: parts of the body (arms, legs, trunk, head, tail) move as in another row.
     turned:    some joints are turned about random axes, smoothly over time. joints: which share of them, a
                chain (a spine, a neck, a tail, a finger) being one. deviation: degrees, of the angle.
     mirrored:  left and right exchanged, on bodies whose sides are alike.
     warped:    at speeds that change smoothly. speed: the fastest; its inverse is the slowest.
+    veered:    body and path turn about the vertical axis, smoothly over time. veer: degrees, the deviation.
+    slant:     degrees: every body on two legs is there once more, ``reshaped``, with bones that slant by so
+               much; 0: not.
 
-    The lowest joint stays as high in every frame, and the root's path over the floor the same.
+    The lowest joint stays as high in every frame, and the root's path over the floor the same, unless it
+    veers.
     """
 
     exchanged: float = 0.5
@@ -36,6 +41,9 @@ class Augmentation:
     mirrored: float = 0.5
     warped: float = 0.5
     speed: float = 1.4
+    veered: float = 0.5
+    veer: float = 30.0
+    slant: float = 8.0
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.augmentation.augmenter import Augmenter, ClipWindow
 from retarget_bench.training.augmentation.body import AugmentedBody
+from retarget_bench.training.augmentation.reshaping import carried, reshaped
 from retarget_bench.training.clips import Progress, by_character, training_clips
 from retarget_bench.training.config import Augmentation
 from retarget_bench.training.joint_datasets import dataset
@@ -218,11 +219,15 @@ def gather(
     unfit = {name: why for name, body in bodies.items() if (why := method.unfit(body))}
     unfit |= dict.fromkeys(sorted(set(cast) - set(bodies)), "none of its clips can be used")
     fit = [name for name in bodies if name not in unfit]
-    augmented = augmentation is not None
-    common = {"dataset": data, "method": trainee, "fps": fps, "augmented": augmented}
+    common = {"dataset": data, "method": trainee, "fps": fps, "augmentation": augmentation}
+    included: dict[str, list[ClipArrays]] = {}
     with scratch() as folder:
         results = by_character(clips_of, fit, {**common, "folder": folder}, jobs, progress)
-        included = {name: stored.read() for name, (stored, *_) in results.items() if stored.clips}
+        for stored, *_ in results.values():
+            for clip in stored.read():
+                included.setdefault(clip.character, []).append(clip)
+    others = (_reshaped(bodies[name], method, augmentation) for name in fit)
+    bodies |= {other.name: other for other in others if other is not None}
     if not included:
         why = f": {next(iter(unfit.values()))}" if unfit else ""
         raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
@@ -327,6 +332,8 @@ def clips_of(job: Mapping[str, Any]) -> tuple[StoredClips, int, list[str]]:
     name, method, data = job["character"], bound.method(job["method"]).built, dataset(job["dataset"])
     (clips,) = (characters[name] for characters in training_clips(data).values() if name in characters)
     body = _bodies(data, {name: clips})[name]
+    augmentation = job["augmentation"]
+    other = _reshaped(body, method, augmentation)
     usable: list[ClipArrays] = []
     others, unusable = 0, []
     for number in range(len(clips)):
@@ -338,11 +345,26 @@ def clips_of(job: Mapping[str, Any]) -> tuple[StoredClips, int, list[str]]:
         if not _alike(body, motion.character):
             others += 1
         elif motion.frames > 1:
-            arrays = method.prepare(motion)  # type: ignore[attr-defined]
-            arrays = {key: np.asarray(array, np.float32) for key, array in arrays.items()}
-            source = _source(motion) if job["augmented"] else {}
-            usable.append(ClipArrays(name, clips.names[number], arrays, source))
+            usable.append(_prepared(motion, name, clips.names[number], method, augmentation))
+            if other is not None:
+                again = carried(motion, other)
+                usable.append(_prepared(again, other.name, clips.names[number], method, augmentation))
     return StoredClips.write(job["folder"] / slug(name), usable), others, unusable
+
+
+def _prepared(
+    motion: Motion, character: str, clip: str, method: Any, augmentation: Augmentation | None
+) -> ClipArrays:
+    arrays = {key: np.asarray(array, np.float32) for key, array in method.prepare(motion).items()}
+    return ClipArrays(character, clip, arrays, _source(motion) if augmentation is not None else {})
+
+
+def _reshaped(body: Character, method: Any, augmentation: Augmentation | None) -> Character | None:
+    """The further body that augmentation makes of one, where it does."""
+    if augmentation is None or not augmentation.slant:
+        return None
+    other = reshaped(body, augmentation.slant)
+    return None if other is None or method.unfit(other) else other
 
 
 def _source(motion: Motion) -> Arrays:

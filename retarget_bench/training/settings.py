@@ -35,5 +35,5 @@ class TrainingSettings(Parallel):
         "Precision of matrix products in training.", default=None, shown="the preset's, float32"
     )
     augment: bool = option(
-        "Train on changed windows too: limbs, turns, mirror images, speeds.", default=False
+        "Train on changed windows and bodies too: limbs, speeds, paths, slants.", default=False
     )

@@ -14,12 +14,13 @@ from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.augmentation.augmenter import Augmenter, ClipWindow, placed, smooth_noise
 from retarget_bench.training.augmentation.body import AugmentedBody
+from retarget_bench.training.augmentation.reshaping import carried, reshaped
 from retarget_bench.training.augmentation.windows import as_quaternions, side_by_side
 from retarget_bench.training.config import Augmentation
 from retarget_bench.training.data import ClipArrays, TrainingData
 
 FRAMES, FPS = 40, 30.0
-NOTHING = Augmentation(exchanged=0.0, turned=0.0, mirrored=0.0, warped=0.0)
+NOTHING = Augmentation(exchanged=0.0, turned=0.0, mirrored=0.0, warped=0.0, veered=0.0, slant=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -183,6 +184,51 @@ def test_mirror_images_are_exact(motions, windows):
         np.testing.assert_array_equal(windows.bodies[row].mirror, other)
 
 
+def test_a_path_that_veers_has_the_same_steps_and_poses(windows):
+    turns = np.random.default_rng(2).normal(0.0, 0.3, (len(windows.bodies), FRAMES)).cumsum(1) / 10
+    veered = windows.veered(turns)
+    for row, angles in enumerate(turns):
+        before, after = (positions(each, row) for each in (windows, veered))
+        axis = np.array([0.0, 1.0, 0.0]) * angles[:, None, None]
+        expected = rotation.rotate(rotation.from_rotation_vector(axis), before - before[:, :1])
+        np.testing.assert_allclose(after - after[:, :1], expected, atol=1e-5)
+        np.testing.assert_allclose(after[:, 0, 1], before[:, 0, 1], atol=1e-6)
+        steps = [np.linalg.norm(np.diff(each[:, 0], axis=0), axis=-1) for each in (before, after)]
+        np.testing.assert_allclose(*steps, atol=1e-5)
+    whole = windows.veered(np.full_like(turns, 0.7))
+    about = rotation.rotate(
+        rotation.from_rotation_vector(np.array([0.0, 0.7, 0.0])), windows.root - windows.root[:, :1]
+    )
+    np.testing.assert_allclose(whole.root - whole.root[:, :1], about, atol=1e-6)
+
+
+def test_a_reshaped_body_turns_alike_and_rests_otherwise(motions):
+    for motion in motions:
+        body, other = motion.character, reshaped(motion.character, 8.0)
+        if body.four_legged:
+            assert other is None
+            continue
+        again = reshaped(body, 8.0)
+        np.testing.assert_array_equal(again.skeleton.offsets, other.skeleton.offsets)
+        own, others = AugmentedBody(body), AugmentedBody(other)
+        moved = carried(motion, other)
+        same_turns(others.see(moved), own.see(motion), within=1e-6)
+        heights = [
+            each.positions[..., 1].min(1) / each.character.measures.hip_height for each in (motion, moved)
+        ]
+        np.testing.assert_allclose(*heights, atol=1e-9)
+        cosines = {
+            role: own.offsets[joint] @ others.offsets[joint]
+            / np.linalg.norm(own.offsets[joint]) / np.linalg.norm(others.offsets[joint])
+            for role, joint in body.joint_of.items() if joint and own.offsets[joint].any()
+        }  # fmt: skip
+        assert cosines["left_hand"] == cosines["left_forearm"] == pytest.approx(1.0)
+        angles = np.degrees(np.arccos(np.clip([*cosines.values()], -1.0, 1.0)))
+        assert 5.0 < angles.mean() < 20.0
+        assert (own.mirror is None) == (others.mirror is None)
+        assert (other.structure, other.roles) == (body.structure, body.roles)
+
+
 def test_a_body_whose_sides_differ_has_no_mirror_image(motions):
     character = motions[0].character
     skeleton = character.skeleton
@@ -259,7 +305,7 @@ def test_every_auto_encoder_draws_augmented_windows(name, motions):
         source = {"rotations": AugmentedBody(motion.character).see(motion), "root": motion.root}
         arrays = {key: np.asarray(each, np.float32) for key, each in method.prepare(motion).items()}
         clips[motion.character.name] = [ClipArrays(motion.character.name, "one", arrays, source)]
-    shares = Augmentation(exchanged=0.1, turned=0.1, mirrored=0.1, warped=0.1)
+    shares = Augmentation(exchanged=0.1, turned=0.1, mirrored=0.1, warped=0.1, veered=0.1)
     augmenter = Augmenter(shares, FPS, method.prepare)
     data = TrainingData({each.character.name: each.character for each in fit}, clips, (), augmenter)
     plain = dataclasses.replace(data, augmenter=None)

@@ -15,6 +15,7 @@ from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, joint_datasets
 from retarget_bench.training.card import manifest
+from retarget_bench.training.config import Augmentation
 from retarget_bench.training.data import clips_of, gather
 from retarget_bench.training.joint_datasets import JointDataset, canonical, joint_spec
 from tests.in_process import carried_out_here
@@ -152,7 +153,7 @@ def test_a_worker_knows_no_more_than_the_spec(gathered, tmp_path):
     """It builds the data sets anew and gives a character's clips by the name that it has among all."""
     here = gathered(BOTH).clips["tall-2"]
     job = {"character": "tall-2", "dataset": BOTH, "method": Spec("toy_trainee"), "fps": 30.0}
-    others = {"plugins": registry.files(), "folder": tmp_path, "augmented": True}
+    others = {"plugins": registry.files(), "folder": tmp_path, "augmentation": Augmentation(slant=0.0)}
     sent = pickle.loads(pickle.dumps({**job, **others}))
     joint_datasets._several.cache_clear()
     bound._dataset.cache_clear()
@@ -165,6 +166,21 @@ def test_a_worker_knows_no_more_than_the_spec(gathered, tmp_path):
         assert all(np.array_equal(read.arrays[key], clip.arrays[key]) for key in clip.arrays)
         np.testing.assert_array_equal(read.motion["root"], clip.arrays["root"])
         assert read.motion["rotations"].shape == (clip.frames, 9, 4)
+
+
+def test_augmentation_adds_a_reshaped_body_to_each_that_does_the_same_clips(gathered):
+    plain = gathered(ONE)
+    data = gather(ONE, Spec("toy_trainee"), 30.0, 1, lambda *_: None, Augmentation())
+    assert set(data.clips) == set(plain.clips) | {f"{name}, reshaped" for name in plain.clips}
+    assert data.characters.keys() == data.clips.keys()
+    for name, before in plain.clips.items():
+        own, others = data.clips[name], data.clips[f"{name}, reshaped"]
+        assert (
+            [each.name for each in others] == [each.name for each in own] == [each.name for each in before]
+        )
+        for one, again in zip(before, own, strict=True):
+            assert all(np.array_equal(one.arrays[key], again.arrays[key]) for key in one.arrays)
+        assert data.characters[f"{name}, reshaped"].structure == data.characters[name].structure
 
 
 def lose(monkeypatch, *clips):

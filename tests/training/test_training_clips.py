@@ -90,7 +90,7 @@ def test_progress_is_told(tmp_path):
     progress = []
     names = list(training_clips(registry.create("datasets", "odd_clips"))["toy"])
     common = {"dataset": Spec("odd_clips"), "method": Spec("rooted"), "fps": 60.0, "folder": tmp_path}
-    common["augmented"] = False
+    common["augmentation"] = None
     by_character(clips_of, names, common, 1, lambda *at: progress.append(at))
     assert progress == [(0, 2), (1, 2), (2, 2)]
 

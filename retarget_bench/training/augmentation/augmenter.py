@@ -11,8 +11,8 @@ from retarget_bench.training.augmentation.body import AugmentedBody
 from retarget_bench.training.augmentation.windows import MotionWindows, side_by_side
 from retarget_bench.training.config import Augmentation
 
-SECONDS = 0.5
-"""Between the independent numbers that smooth noise is made of."""
+SECONDS, VEERING = 0.5, 1.0
+"""Between the independent numbers that smooth noise is made of; of turns of the path."""
 PART = 0.5
 """How often a row with parts of another takes each of them over."""
 
@@ -48,8 +48,9 @@ class Augmenter:
         warping: whether windows may have frames before and behind those that were drawn.
         """
         configured, rows = self.shares, len(drawn)
-        shares = (configured.exchanged, configured.turned, configured.mirrored, configured.warped)
-        exchanged, turned, mirrored, warped = numbers.random((4, rows)) < np.array(shares)[:, None]
+        names = ("exchanged", "turned", "mirrored", "warped", "veered")
+        shares = np.array([getattr(configured, name) for name in names])
+        exchanged, turned, mirrored, warped, veered = numbers.random((5, rows)) < shares[:, None]
         lengths = np.array([each.length for each in drawn])
         mirrored &= [each.body.mirror is not None for each in drawn]
         warped &= warping
@@ -59,9 +60,11 @@ class Augmenter:
         parts = (numbers.random((rows, len(BODY_PARTS))) < PART) & exchanged[:, None]
         windows = self._turned(numbers, before.exchanged(partners, parts), turned)
         windows = windows.as_low_as(before).mirrored(np.flatnonzero(mirrored))
+        noise = smooth_noise(numbers, (rows,), windows.root.shape[1], self.fps, VEERING)
+        windows = windows.veered(np.radians(configured.veer) * veered[:, None] * noise)
         return {
             row: self.prepare(windows.motion(row, int(lengths[row]), self.fps))
-            for row in np.flatnonzero(exchanged | turned | mirrored | warped).tolist()
+            for row in np.flatnonzero(exchanged | turned | mirrored | warped | veered).tolist()
         }
 
     def _read(
@@ -106,14 +109,14 @@ def placed(passed: np.ndarray, start: int, length: int, frames: int) -> np.ndarr
 
 
 def smooth_noise(
-    numbers: np.random.Generator, shape: tuple[int, ...], frames: int, fps: float
+    numbers: np.random.Generator, shape: tuple[int, ...], frames: int, fps: float, every: float = SECONDS
 ) -> np.ndarray:
-    """``(*shape, frames)`` normally distributed numbers that change within about a second.
+    """``(*shape, frames)`` normally distributed numbers that change within about twice ``every`` seconds.
 
     Gaussians about knots, weighted such that the deviation is 1 in every frame.
     """
     seconds = np.arange(frames) / fps
-    knots = SECONDS * np.arange(-2, int(seconds[-1] / SECONDS) + 4)
-    weights = np.exp(-0.5 * ((seconds - knots[:, None]) / SECONDS) ** 2)
+    knots = every * np.arange(-2, int(seconds[-1] / every) + 4)
+    weights = np.exp(-0.5 * ((seconds - knots[:, None]) / every) ** 2)
     weights /= np.linalg.norm(weights, axis=0)
     return numbers.standard_normal((*shape, len(knots))) @ weights

@@ -105,6 +105,21 @@ class MotionWindows:
         root[rows, :, 0] *= -1.0
         return replace(self, rotations=rotations, root=root)
 
+    def veered(self, angles: np.ndarray) -> Self:
+        """Each body turned about the vertical axis by ``angles`` ``(rows, frames)`` radians, and every step
+        of its path by the mean of the angles before and after."""
+        half = (0.5 * angles).astype(np.float32)
+        rotations, roots = self.rotations.copy(), self.first[:-1]
+        turns = np.stack([np.cos(half), np.sin(half)]).astype(np.complex64)
+        rotations[:, roots] = _multiply(turns, rotations[:, roots])
+        steps = np.diff(self.root, axis=1)
+        between = 0.5 * (angles[:, 1:] + angles[:, :-1])
+        cos, sin = np.cos(between), np.sin(between)
+        x, y, z = steps[..., 0], steps[..., 1], steps[..., 2]
+        turned = np.stack([x * cos + z * sin, y, z * cos - x * sin], axis=-1)
+        root = np.concatenate([self.root[:, :1], self.root[:, :1] + np.cumsum(turned, axis=1)], axis=1)
+        return replace(self, rotations=rotations, root=root)
+
     def as_low_as(self, other: Self) -> Self:
         """Moved up or down such that in every frame a row's lowest joint is as high as in ``other``."""
         root = self.root.copy()
