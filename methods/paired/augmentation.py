@@ -3,17 +3,20 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import torch
+from torch import Tensor
 
 from retarget_bench.motion import rotation
 from retarget_bench.motion.body22 import JOINTS, PARENTS, folded
 from retarget_bench.motion.structures import BODY22
 
 from .features import MIRRORED
-from .pose import END
+from .pose import END, TOES
 
-Arrays = dict[str, np.ndarray]
+Motions = Mapping[str, Tensor]
+"""Motions as ``RoleBody.see`` gives them, over any number of rows before the frames."""
 
-_FLIPPED = np.array([-1.0, 1.0, 1.0], np.float32)
+_FLIPPED = torch.tensor([-1.0, 1.0, 1.0])
 SPARED: Mapping[str, tuple[str, ...]] = {
     "toes": ("left_toe", "right_toe"),
     "collar bones": ("left_shoulder", "right_shoulder"),
@@ -22,7 +25,7 @@ SPARED: Mapping[str, tuple[str, ...]] = {
 }
 """Joints that bodies may lack."""
 _CHANCE = {"toes": 0.2, "collar bones": 0.2, "spine": 0.2, "neck": 0.08}
-_TOES = (1, 3)
+_TOES = [1, 3]
 """Columns of ``planted``."""
 PLAIN = 0.2
 """Share of bodies whose reference pose is left as it is."""
@@ -31,46 +34,46 @@ UNALIGNED = 0.07
 pose; feet and hands turn twice as much."""
 
 
-def mirrored(arrays: Mapping[str, np.ndarray]) -> Arrays:
-    """A motion (as ``RoleBody.see`` gives it) of the mirrored body."""
+def mirrored(motions: Motions) -> dict[str, Tensor]:
+    """Motions of the mirrored bodies."""
     return {
-        "rotations": arrays["rotations"][:, MIRRORED] * np.array([1, 1, -1, -1], np.float32),
-        "hips": arrays["hips"] * _FLIPPED,
-        "turn": arrays["turn"] * np.array([1, -1], np.float32),
-        "planted": arrays["planted"][:, [2, 3, 0, 1]],
-        "near": arrays["near"][:, ::-1],
+        "rotations": motions["rotations"][..., MIRRORED, :] * torch.tensor([1.0, 1.0, -1.0, -1.0]),
+        "hips": motions["hips"] * _FLIPPED,
+        "turn": motions["turn"] * torch.tensor([1.0, -1.0]),
+        "planted": motions["planted"][..., [2, 3, 0, 1]],
+        "near": motions["near"].flip(-1),
     }
 
 
-def mirrored_bones(offsets: np.ndarray) -> np.ndarray:
-    """Bones ``(22, 3)`` of the mirrored body."""
-    mirrored: np.ndarray = offsets[list(MIRRORED)] * _FLIPPED
-    return mirrored
+def mirrored_bones(offsets: Tensor) -> Tensor:
+    """Bones ``(..., 22, 3)`` of the mirrored bodies."""
+    return offsets[..., MIRRORED, :] * _FLIPPED
 
 
-def turns(numbers: np.random.Generator) -> np.ndarray:
-    """``(22, 4)`` by which the joints of a body are turned in its reference pose from where they ought to
-    be: little, as on rigs that people make."""
-    size = 0.0 if numbers.random() < PLAIN else UNALIGNED * numbers.standard_normal()
-    vectors = size * numbers.standard_normal((len(BODY22), 3))
-    vectors[END] *= 2.0
-    return rotation.from_rotation_vector(vectors)
+def turns(numbers: np.random.Generator, rows: int) -> Tensor:
+    """``(rows, 22, 4)`` by which the joints of bodies are turned in their reference poses from where they
+    ought to be: little, as on rigs that people make."""
+    sizes = UNALIGNED * numbers.standard_normal((rows, 1, 1))
+    sizes *= numbers.random((rows, 1, 1)) >= PLAIN
+    vectors = sizes * numbers.standard_normal((rows, JOINTS, 3))
+    vectors[:, END] *= 2.0
+    return torch.from_numpy(rotation.from_rotation_vector(vectors).astype(np.float32))
 
 
-def reposed(
-    arrays: Mapping[str, np.ndarray], offsets: np.ndarray, turned: np.ndarray
-) -> tuple[Arrays, np.ndarray]:
-    """The same motion and bones of the same body, its reference pose turned by ``turned`` ``(22, 4)``:
-    every joint stays where it is in the world. Joints of no length still do not turn."""
-    turned = turned.copy()
-    for joint in np.flatnonzero(~offsets[1:].any(-1)) + 1:
-        turned[joint] = turned[PARENTS[joint]]
-    back = rotation.conjugate(turned[list(PARENTS[1:])])
-    bones = offsets.copy()
-    bones[1:] = rotation.rotate(back, offsets[1:])
-    rotations = rotation.multiply(arrays["rotations"], turned)
-    rotations[:, 1:] = rotation.multiply(back, rotations[:, 1:])
-    return {**arrays, "rotations": rotations.astype(np.float32)}, bones
+def reposed(rotations: Tensor, offsets: Tensor, turned: Tensor) -> tuple[Tensor, Tensor]:
+    """The same motions ``(..., frames, 22, 4)`` and bones ``(..., 22, 3)`` of the same bodies, their
+    reference poses turned by ``turned`` ``(..., 22, 4)``: every joint stays where it is in the world.
+    Joints of no length still do not turn."""
+    parts = list(turned.unbind(-2))
+    for joint in range(1, JOINTS):
+        still = (offsets[..., joint, :] == 0).all(-1, keepdim=True)
+        parts[joint] = torch.where(still, parts[PARENTS[joint]], parts[joint])
+    turned = torch.stack(parts, -2)
+    back = rotation.conjugate(turned[..., list(PARENTS[1:]), :])
+    bones = torch.cat([offsets[..., :1, :], rotation.rotate(back, offsets[..., 1:, :])], -2)
+    moved = rotation.multiply(rotations, turned.unsqueeze(-3))
+    below = rotation.multiply(back.unsqueeze(-3), moved[..., 1:, :])
+    return torch.cat([moved[..., :1, :], below], -2), bones
 
 
 def spare(numbers: np.random.Generator) -> list[str]:
@@ -82,28 +85,25 @@ def spare(numbers: np.random.Generator) -> list[str]:
     return names
 
 
-def without(
-    arrays: Mapping[str, np.ndarray], offsets: np.ndarray, names: Sequence[str]
-) -> tuple[Arrays, np.ndarray]:
-    """A motion and the bones of a body that lacks these joints: what hangs from them hangs, as it is at
-    rest, from what they hung from."""
-    missing = np.isin(np.arange(JOINTS), _left_out(names))
-    changed = {**arrays, "rotations": np.asarray(folded(arrays["rotations"], missing), np.float32)}
-    if "toes" in names:
-        changed["planted"] = changed["planted"].copy()
-        changed["planted"][:, _TOES] = 0.0
-    return changed, bones_without(offsets, names)
+def missing(names: Sequence[str]) -> np.ndarray:
+    """``(22,)`` bool: the joints of these of ``SPARED``."""
+    return np.isin(BODY22, [role for name in names for role in SPARED[name]])
 
 
-def bones_without(offsets: np.ndarray, names: Sequence[str]) -> np.ndarray:
-    """The bones ``(22, 3)`` of a body that lacks these joints."""
-    bones = offsets.copy()
-    for joint in _left_out(names):
-        bones[np.array(PARENTS) == joint] += bones[joint]
-        bones[joint] = 0.0
-    return bones
+def without(motions: Motions, offsets: Tensor, lacks: Tensor) -> tuple[dict[str, Tensor], Tensor]:
+    """Motions and bones of bodies that lack joints, ``lacks`` ``(..., 22)`` bool: what hangs from them
+    hangs, as it is at rest, from what they hung from."""
+    rotations = folded(motions["rotations"], lacks.unsqueeze(-2))
+    planted = motions["planted"].clone()
+    planted[..., _TOES] *= ~lacks[..., TOES].unsqueeze(-2)
+    return {**motions, "rotations": rotations, "planted": planted}, bones_without(offsets, lacks)
 
 
-def _left_out(names: Sequence[str]) -> list[int]:
-    """Parents first, so that what a joint that is left out hung from is settled."""
-    return sorted(BODY22.index(role) for name in names for role in SPARED[name])
+def bones_without(offsets: Tensor, lacks: Tensor) -> Tensor:
+    """The bones ``(..., 22, 3)`` of bodies that lack joints."""
+    parts = list(offsets.unbind(-2))
+    for joint, lacking in enumerate(lacks.unbind(-1)):  # parents first
+        for child in (child for child, parent in enumerate(PARENTS) if parent == joint):
+            parts[child] = torch.where(lacking.unsqueeze(-1), parts[child] + parts[joint], parts[child])
+        parts[joint] = torch.where(lacking.unsqueeze(-1), 0.0, parts[joint])
+    return torch.stack(parts, -2)

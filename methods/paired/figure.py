@@ -16,7 +16,7 @@ from retarget_bench.motion.body22 import JOINTS, PARENTS
 from retarget_bench.motion.structures import BODY22
 from retarget_bench.training.layers.indices import indices
 
-from .augmentation import SPARED, bones_without
+from .augmentation import SPARED, bones_without, missing
 
 _LEGS = [BODY22.index(f"{side}_{part}") for side in ("left", "right") for part in ("up_leg", "leg", "foot")]
 _ABOVE = [max(parent, 0) for parent in PARENTS]
@@ -58,11 +58,9 @@ class Figures(nn.Module):
     def learn(self, bodies: Iterable[tuple[np.ndarray, np.ndarray]]) -> None:
         """Take over the ranges of bodies, each with its bones ``(22, 3)`` and lengths ``(2,)``, metres."""
         lacking: list[list[str]] = [[], *([name] for name in SPARED), list(SPARED)]
-        bones = torch.from_numpy(
-            np.stack(
-                [bones_without(offsets, names) / size[0] for offsets, size in bodies for names in lacking]
-            ).astype(np.float32)
-        )
+        lacks = torch.from_numpy(np.stack([missing(names) for names in lacking]))
+        own = torch.from_numpy(np.stack([offsets / size[0] for offsets, size in bodies]).astype(np.float32))
+        bones = bones_without(own[:, None].expand(-1, len(lacking), -1, -1), lacks).flatten(0, 1)
         length = bones.norm(dim=-1)  # (bodies, 22)
         bridging = _bridging(bones)
         for kind in (0, 1):

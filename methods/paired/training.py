@@ -15,7 +15,7 @@ from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.training.layers import exported
 
 from . import losses
-from .augmentation import mirrored, mirrored_bones, reposed, spare, turns, without
+from .augmentation import mirrored, mirrored_bones, missing, reposed, spare, turns, without
 from .features import RoleBody
 from .network import Corrector, applied, inputs_of
 
@@ -32,7 +32,8 @@ WEIGHTS = {
 SAME = 0.1
 """Share of rows whose target is the source itself."""
 LIFTED, LIFT = 0.5, 0.04
-"""Share of rows whose floor is not at zero, and its standard deviation in heights of the hips."""
+"""Share of rows whose floor is not at zero, as in many files, and its standard deviation in heights of the
+hips."""
 
 
 class PairedTraining:
@@ -65,53 +66,64 @@ class PairedTraining:
 
     # ---------------------------------------------------------------------------------------- batches
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
-        drawn = [self._row(numbers) for _ in range(rows)]
-        return {
-            key: {name: np.stack([row[key][name] for row in drawn]) for name in drawn[0][key]}
-            for key in drawn[0]
-        }
-
-    def _row(self, numbers: np.random.Generator) -> dict[str, dict[str, np.ndarray]]:
-        """A window of one performance: ``motion`` of the ``source``, ``truth`` of the ``target``."""
-        clips = self._performances[
-            int(np.searchsorted(self._ends, numbers.integers(self._ends[-1]), "right"))
-        ]
-        first, second = numbers.choice(len(clips), 2, replace=False)
-        pair = clips[first], clips[first if numbers.random() < SAME else second]
-        start = int(numbers.integers(max(pair[0].frames - self._window, 0) + 1))
-        flip = numbers.random() < 0.5
-        lacking = [spare(numbers), spare(numbers)]
-        poses = [turns(numbers), turns(numbers)]
-        if pair[0] is pair[1]:
-            lacking[1], poses[1] = lacking[0], poses[0]
-        row: dict[str, dict[str, np.ndarray]] = {}
-        names = (("motion", "source"), ("truth", "target"))
-        for clip, lacks, pose, (motion, body) in zip(pair, lacking, poses, names, strict=True):
-            arrays = {key: each[start : start + self._window] for key, each in clip.arrays.items()}
-            offsets, lengths = self._bodies[clip.character]
-            if flip:
-                arrays, offsets = mirrored(arrays), mirrored_bones(offsets)
-            arrays, offsets = without(*reposed(arrays, offsets, pose), lacks)
-            row[motion] = {key: self._padded(each) for key, each in arrays.items()}
-            row[body] = {"offsets": offsets, "lengths": lengths}
-        self._lift(numbers, row)
-        real = np.arange(self._window) < pair[0].frames - start
-        return {**row, "real": {"frames": real}}
+        """Windows of performances: ``motion`` of the ``source``, ``truth`` of the ``target``."""
+        at = np.searchsorted(self._ends, numbers.integers(self._ends[-1], size=rows), "right")
+        pairs = [self._pair(numbers, self._performances[number]) for number in at]
+        starts = [int(numbers.integers(max(one.frames - self._window, 0) + 1)) for one, _ in pairs]
+        frames = [one.frames - start for (one, _), start in zip(pairs, starts, strict=True)]
+        flip = torch.from_numpy(numbers.random(rows) < 0.5)
+        same = torch.tensor([one is other for one, other in pairs])
+        lifts = LIFT * numbers.standard_normal((rows, 1)) * (numbers.random((rows, 1)) < LIFTED)
+        batch: dict[str, dict[str, Tensor]] = {}
+        before: tuple[Tensor, Tensor] | None = None
+        for clips, (motion, body) in zip(
+            zip(*pairs, strict=True), (("motion", "source"), ("truth", "target")), strict=True
+        ):
+            motions = self._cut(clips, starts)
+            offsets, lengths = (
+                torch.from_numpy(np.stack(each))
+                for each in zip(*(self._bodies[clip.character] for clip in clips), strict=True)
+            )
+            lacks = torch.from_numpy(np.stack([missing(spare(numbers)) for _ in clips]))
+            pose = turns(numbers, rows)
+            if before is not None:  # a body that is its own target has one shape
+                lacks, pose = (
+                    torch.where(same.view(-1, *(1,) * (own.ndim - 1)), other, own)
+                    for own, other in zip((lacks, pose), before, strict=True)
+                )
+            before = lacks, pose
+            other = mirrored(motions)
+            motions = {
+                key: torch.where(flip.view(-1, *(1,) * (each.ndim - 1)), other[key], each)
+                for key, each in motions.items()
+            }
+            offsets = torch.where(flip[:, None, None], mirrored_bones(offsets), offsets)
+            motions["rotations"], offsets = reposed(motions["rotations"], offsets, pose)
+            motions, offsets = without(motions, offsets, lacks)
+            lifted = lengths[:, 1:] * torch.from_numpy(lifts).float()
+            motions["hips"][..., 1] += lifted
+            batch[motion], batch[body] = motions, {"offsets": offsets, "lengths": lengths}
+        real = torch.arange(self._window) < torch.tensor(frames)[:, None]
+        arrays = {**batch, "real": {"frames": real}}
+        return {key: {name: each.numpy() for name, each in part.items()} for key, part in arrays.items()}
 
     @staticmethod
-    def _lift(numbers: np.random.Generator, row: dict[str, dict[str, np.ndarray]]) -> None:
-        """Move both bodies up or down, in place: many files have the floor elsewhere than at zero."""
-        if numbers.random() < LIFTED:
-            height = LIFT * numbers.standard_normal()
-            for motion, body in (("motion", "source"), ("truth", "target")):
-                moved = row[motion]["hips"].copy()
-                moved[:, 1] += np.float32(height * row[body]["lengths"][1])
-                row[motion]["hips"] = moved
+    def _pair(numbers: np.random.Generator, clips: Sequence[ClipArrays]) -> tuple[ClipArrays, ClipArrays]:
+        """The performance by two bodies, now and then by one twice."""
+        first = int(numbers.integers(len(clips)))
+        second = (first + 1 + int(numbers.integers(len(clips) - 1))) % len(clips)
+        return clips[first], clips[first if numbers.random() < SAME else second]
 
-    def _padded(self, array: np.ndarray) -> np.ndarray:
-        """The last frame again up to the window's length."""
-        missing = self._window - len(array)
-        return np.concatenate([array, np.repeat(array[-1:], missing, axis=0)]) if missing else array
+    def _cut(self, clips: Sequence[ClipArrays], starts: Sequence[int]) -> dict[str, Tensor]:
+        """Windows of clips, the last frame again up to their end."""
+        cuts = {}
+        for key, first in clips[0].arrays.items():
+            windows = np.empty((len(clips), self._window, *first.shape[1:]), np.float32)
+            for window, clip, start in zip(windows, clips, starts, strict=True):
+                part = clip.arrays[key][start : start + self._window]
+                window[: len(part)], window[len(part) :] = part, part[-1]
+            cuts[key] = torch.from_numpy(windows)
+        return cuts
 
     # ----------------------------------------------------------------------------------------- losses
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:

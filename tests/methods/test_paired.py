@@ -110,22 +110,25 @@ def test_a_goal_out_of_reach_is_pointed_at() -> None:
 
 
 # ------------------------------------------------------------------------------------------ augmentation
-def positions(arrays: Mapping[str, np.ndarray], offsets: np.ndarray) -> np.ndarray:
-    tensors = [
-        torch.from_numpy(np.asarray(each))[None] for each in (arrays["rotations"], arrays["hips"], offsets)
-    ]
-    network = Corrector()
-    return pose.copied(network.tree, *tensors).positions[0].numpy()
+def positions(motion: Mapping[str, Tensor], offsets: Tensor) -> np.ndarray:
+    tensors = [each[None] for each in (motion["rotations"], motion["hips"], offsets)]
+    return pose.copied(Corrector().tree, *tensors).positions[0].numpy()
+
+
+def performed(material: TrainingData, name: str) -> tuple[dict[str, Tensor], Tensor]:
+    """A motion and the bones of a body."""
+    arrays = material.clips[name][0].arrays
+    motion = {key: torch.from_numpy(np.array(each)) for key, each in arrays.items()}
+    return motion, torch.from_numpy(RoleBody(material.characters[name]).offsets)
 
 
 def test_mirrored_motion_is_the_mirror_image(material: TrainingData) -> None:
-    name = min(material.clips)
-    arrays, offsets = material.clips[name][0].arrays, RoleBody(material.characters[name]).offsets
-    image = positions(augmentation.mirrored(arrays), augmentation.mirrored_bones(offsets))
+    motion, offsets = performed(material, min(material.clips))
+    image = positions(augmentation.mirrored(motion), augmentation.mirrored_bones(offsets))
     other = [BODY22.index(_other_side(role)) for role in BODY22]
-    assert np.allclose(image, positions(arrays, offsets)[:, other] * [-1, 1, 1], atol=1e-5)
-    again = augmentation.mirrored(augmentation.mirrored(arrays))
-    assert all(np.array_equal(again[key], arrays[key]) for key in arrays)
+    assert np.allclose(image, positions(motion, offsets)[:, other] * [-1, 1, 1], atol=1e-5)
+    again = augmentation.mirrored(augmentation.mirrored(motion))
+    assert all(torch.equal(again[key], motion[key]) for key in motion)
 
 
 def _other_side(role: str) -> str:
@@ -135,26 +138,58 @@ def _other_side(role: str) -> str:
 
 def test_another_reference_pose_moves_nothing(material: TrainingData) -> None:
     for seed, name in enumerate(sorted(material.clips)):
-        arrays, offsets = material.clips[name][0].arrays, RoleBody(material.characters[name]).offsets
-        turned = rotation.from_rotation_vector(0.2 * np.random.default_rng(seed).normal(size=(22, 3)))
-        reposed, bones = augmentation.reposed(arrays, offsets, turned)
-        assert np.allclose(positions(reposed, bones), positions(arrays, offsets), atol=1e-5)
-        assert np.abs(bones - offsets).max() > 0.01
+        motion, offsets = performed(material, name)
+        vectors = 0.2 * np.random.default_rng(seed).normal(size=(22, 3))
+        turned = torch.from_numpy(rotation.from_rotation_vector(vectors)).float()
+        reposed, bones = augmentation.reposed(motion["rotations"], offsets, turned)
+        moved = positions({**motion, "rotations": reposed}, bones)
+        assert np.allclose(moved, positions(motion, offsets), atol=1e-5)
+        assert (bones - offsets).abs().max() > 0.01
         lacking = [joint for joint in range(1, len(BODY22)) if not offsets[joint].any()]
-        assert np.allclose(reposed["rotations"][:, lacking], [1, 0, 0, 0], atol=1e-6)
+        assert np.allclose(reposed[:, lacking], [1, 0, 0, 0], atol=1e-6)
 
 
 def test_a_body_without_joints_keeps_the_others_where_those_did_not_turn(material: TrainingData) -> None:
-    name = min(material.clips)
-    arrays, offsets = dict(material.clips[name][0].arrays), RoleBody(material.characters[name]).offsets
-    spared = [BODY22.index(role) for names in augmentation.SPARED.values() for role in names]
-    arrays["rotations"] = arrays["rotations"].copy()
-    arrays["rotations"][:, spared] = (1, 0, 0, 0)
-    less, bones = augmentation.without(arrays, offsets, list(augmentation.SPARED))
-    others = [joint for joint in range(len(BODY22)) if joint not in spared]
-    assert np.allclose(positions(less, bones)[:, others], positions(arrays, offsets)[:, others], atol=1e-5)
-    assert not bones[spared].any()
+    motion, offsets = performed(material, min(material.clips))
+    lacks = torch.from_numpy(augmentation.missing(list(augmentation.SPARED)))
+    motion["rotations"][:, lacks] = torch.tensor([1.0, 0.0, 0.0, 0.0])
+    less, bones = augmentation.without(motion, offsets, lacks)
+    there = ~lacks.numpy()
+    assert np.allclose(positions(less, bones)[:, there], positions(motion, offsets)[:, there], atol=1e-5)
+    assert not bones[lacks].any()
     assert not less["planted"][:, [1, 3]].any()
+
+
+def test_rows_of_a_batch_are_drawn_as_each_alone(material: TrainingData) -> None:
+    """Changes of many rows at once are those of each."""
+    names = sorted(material.clips)[:3]
+    rows = [performed(material, name) for name in names]
+    rows = [({key: each[:30] for key, each in motion.items()}, bones) for motion, bones in rows]
+    together = {key: torch.stack([motion[key] for motion, _ in rows]) for key in rows[0][0]}
+    bones = torch.stack([each for _, each in rows])
+    turned = augmentation.turns(np.random.default_rng(0), len(rows))
+    spared = [[], ["toes", "neck"], ["spine"]]
+    lacks = torch.from_numpy(np.stack([augmentation.missing(each) for each in spared]))
+    turns, moved_bones = augmentation.reposed(together["rotations"], bones, turned)
+    less, fewer = augmentation.without({**together, "rotations": turns}, moved_bones, lacks)
+    for row, (motion, own) in enumerate(rows):
+        alone, alone_bones = augmentation.reposed(motion["rotations"], own, turned[row])
+        expected, without = augmentation.without({**motion, "rotations": alone}, alone_bones, lacks[row])
+        assert torch.allclose(fewer[row], without, atol=1e-6)
+        assert all(torch.allclose(less[key][row], expected[key], atol=1e-6) for key in expected)
+
+
+def test_a_window_of_one_body_is_its_own_target(training: PairedTraining) -> None:
+    drawn = training.draw(np.random.default_rng(3), 60)
+    same = [
+        all(np.array_equal(drawn["source"][key][row], drawn["target"][key][row]) for key in drawn["source"])
+        for row in range(60)
+    ]
+    assert 0 < sum(same) < 20
+    for row in np.flatnonzero(same):
+        assert all(
+            np.array_equal(drawn["motion"][key][row], drawn["truth"][key][row]) for key in drawn["motion"]
+        )
 
 
 def test_no_training_body_has_the_joints_of_the_held_out_structure() -> None:
@@ -166,9 +201,9 @@ def test_no_training_body_has_the_joints_of_the_held_out_structure() -> None:
 
 def test_some_reference_poses_are_left_as_they_are() -> None:
     numbers = np.random.default_rng(0)
-    drawn = np.stack([augmentation.turns(numbers) for _ in range(500)])
+    drawn = augmentation.turns(numbers, 500).double().numpy()
     angles = rotation.angle(drawn, rotation.identity(1))
-    assert 0.15 < (angles.max(-1) == 0).mean() < 0.25
+    assert 0.15 < (angles.max(-1) < 1e-6).mean() < 0.25
     assert 2.0 < np.degrees(angles).mean() < 6.0
 
 
