@@ -1,12 +1,9 @@
 """The methods that papers compare with each other, under one protocol, with shipped weights.
 
-    python benchmarks/peers.py --mixamo PATH/TO/mixamo --pairs PATH/TO/same_pairs --fold RUNS
+    python benchmarks/peers.py --mixamo PATH/TO/mixamo --pairs PATH/TO/same_pairs
 
 Computes what is missing or outdated in --out (runs/peers) and writes ``results/peers.md``. --pairs: see
-``same_pairs.py``. --same, --r2et: weights of the papers' authors. --fold: a folder with a training run for
-each learned method, named after it, on the part for training of a fold of the Mixamo clips: ``bench train
-METHOD -d 'mixamo[protocol=folds,root=...]' --init puppets --out RUNS/METHOD``; those that know the
-structures of their training alone begin without --init. Without --fold its section stays as it is.
+``same_pairs.py``. --same, --r2et: weights of the papers' authors.
 """
 
 from __future__ import annotations
@@ -49,23 +46,19 @@ same cases."""
 MPJPE, FITTED, ALIGNED, RECALL = "mpjpe_h.world", "mpjpe_h.path_fitted", "mpjpe_h.root", "contact_recall"
 NAMES = {MPJPE: "MPJPE", FITTED: "path fitted", ALIGNED: "root-aligned", RECALL: "contact recall"}
 METRICS = ("position", "contact", "path_fitted")
-FOLD = "## Mixamo, a fold of five, trained on the others"
 SPLITS = {
     "puppets": ("self", "intra", "cross"),
     "mixamo": ("intra", "cross"),
-    "fold": ("intra", "cross"),
     "pairs": ("cross",),
 }
 
 
-def training(method: str, fold: Path | None = None) -> str:
-    """The cost of shipped weights, or of those of a fold's run: minutes of the last run, hours of
-    motion."""
+def training(method: str) -> str:
+    """The cost of shipped weights: minutes of the last run, hours of motion."""
     shipped = PROJECT / "methods" / method / "weights" / "puppets.json"
     if not shipped.exists():
         return "none"
-    path = shipped if fold is None else fold / method / "weights.json"
-    card = json.loads(path.read_text(encoding="utf-8"))
+    card = json.loads(shipped.read_text(encoding="utf-8"))
     begun = " + earlier" if card.get("init") else ""
     return f"{card['seconds'] / 60:.0f} min{begun}, {card['data']['hours']:.3g} h"
 
@@ -101,7 +94,7 @@ def named(method: MethodInfo) -> str:
     return PEERS.get(method.name, method.name.replace("_", "\\_")) + posts + (f" ({note})" if note else "")
 
 
-def table(title: str, about: str, results: rb.Results, fold: Path | None = None) -> Iterator[str]:
+def table(title: str, about: str, results: rb.Results) -> Iterator[str]:
     """Lines of Markdown: MPJPE, the same with fitted paths where pairs have enough clips, root-aligned and
     contact recall by split, with intervals."""
     frame = same_cases(results.table(list(NAMES)).frame, title)
@@ -125,7 +118,7 @@ def table(title: str, about: str, results: rb.Results, fold: Path | None = None)
         if any((method, split, MPJPE) in rows for split in splits):
             cells = " | ".join(cell(rows.get((method, *column))) for column in columns)
             info = infos[method]
-            trained = "by its authors" if "authors" in whose(info) else training(info.name, fold)
+            trained = "by its authors" if "authors" in whose(info) else training(info.name)
             yield f"| {named(info)} | {trained} | {cells} |"
 
 
@@ -169,15 +162,15 @@ def beside_few(beside: Beside) -> Iterator[str]:
         yield f"| {label} | {training(method)} | {cells} |"
 
 
-def page(results: dict[str, rb.Results], few: rb.Results, fold: Path | None) -> str:
-    """The page; of the section of a fold that is not given, what stands there already."""
+def page(results: dict[str, rb.Results], few: rb.Results) -> str:
+    """The page."""
     out = [
         "# Who compared with whom, under one protocol",
         "",
-        "    python benchmarks/peers.py --mixamo DIR --pairs DIR --fold DIR --same DIR --r2et FILE",
+        "    python benchmarks/peers.py --mixamo DIR --pairs DIR --same DIR --r2et FILE",
         "",
         "The methods of the papers' tables, each rebuilt here and trained on motion of puppets and of CMU "
-        "(none of the pairs, and none of Mixamo but for the table of a fold), as shipped, but for rows of "
+        "(none of the pairs, and none of Mixamo), as shipped, but for rows of "
         "authors' weights, which may have seen any of it: "
         "`bench info METHOD` shows the cards of the weights. MPJPE and root-aligned MPJPE in % of height, "
         "contact recall as a share; 95 % intervals over clips in brackets, where there are ten clips. Each "
@@ -191,16 +184,6 @@ def page(results: dict[str, rb.Results], few: rb.Results, fold: Path | None) -> 
     out += table("Puppets", "Held-out bodies and clips;", results["puppets"])
     out += beside_few(on_few(few))
     out += table("Mixamo", "Characters and clips that none of our trainings has seen;", results["mixamo"])
-    if fold is None:
-        out += ["", FOLD, "", *section(FOLD)]
-    else:
-        out += table(
-            FOLD.removeprefix("## "),
-            "Weights from minutes on the clips of the other folds, which are not shipped (*+ earlier*: "
-            "they began as the shipped ones); clips that training lacks;",
-            results["fold"],
-            fold,
-        )
     out += table(
         "SAME's pairs",
         "References by MotionBuilder on random skeletons, no copied rotations; each pair both ways, "
@@ -210,17 +193,10 @@ def page(results: dict[str, rb.Results], few: rb.Results, fold: Path | None) -> 
     return "\n".join(out) + "\n"
 
 
-def section(heading: str) -> list[str]:
-    """The lines below a heading of the page as it is."""
-    text = PAGE.read_text(encoding="utf-8")
-    return text.partition(heading)[2].partition("\n## ")[0].strip("\n").splitlines()
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--mixamo", required=True, metavar="DIR", help="folder of the Mixamo clips")
     parser.add_argument("--pairs", required=True, metavar="DIR", help="folder with pair.txt")
-    parser.add_argument("--fold", metavar="RUNS", type=Path, help="folder of training runs")
     parser.add_argument("--same", metavar="DIR", help="folder of the weights of SAME's authors")
     parser.add_argument("--r2et", metavar="FILE", help="weights of R2ET's authors")
     parser.add_argument("--out", default="runs/peers", metavar="DIR", help="folder of results")
@@ -232,28 +208,15 @@ def main() -> None:
     sets = {
         "puppets": {"dataset": defaults.DATASET},
         "mixamo": {"dataset": "mixamo", "root": options.mixamo},
-        "fold": {"dataset": "mixamo[protocol=folds]", "root": options.mixamo},
         "pairs": {"dataset": str(PAIRS), "root": options.pairs},
     }
     every += authors(options.same, options.r2et)
-    methods = {} if options.fold is None else {"fold": [of_fold(name, options.fold) for name in PEERS]}
     results = {
-        name: rb.run(methods.get(name, every), splits=splits, **sets[name], **common)
-        for name, splits in SPLITS.items()
-        if name != "fold" or options.fold
+        name: rb.run(every, splits=splits, **sets[name], **common) for name, splits in SPLITS.items()
     }
     few = rb.run(list(PEERS), splits=SPLITS["puppets"], **sets["puppets"], **common)
-    write_text(PAGE, text := page(results, few, options.fold))
+    write_text(PAGE, text := page(results, few))
     print(text)
-
-
-def of_fold(method: str, runs: Path) -> str:
-    """The method with the weights of a fold's run. Raises SystemExit for a learned one without a run."""
-    if training(method) == "none":
-        return method
-    if not (runs / method / "weights.json").exists():
-        raise SystemExit(f"{runs / method}: no training run of {method} there; see --help")
-    return f"{method}[weights={runs / method}]"
 
 
 def _trained(methods: Iterable[str]) -> None:

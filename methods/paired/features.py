@@ -26,7 +26,7 @@ MIRRORED = tuple(
 SMOOTHING = 3.0
 """Frames: standard deviation of the Gaussian over which the facing direction is averaged."""
 
-TOUCH, CLEAR = 0.08, 0.16
+TOUCH, CLEAR = 0.06, 0.12
 """Heights from a palm to the middle of what it may touch: near up to the first, clear of it from the
 second."""
 LOW, HIGH = 0.1, 0.2
