@@ -34,25 +34,31 @@ MOTIONS = 24
 
 
 def main() -> None:
-    """Print a table in Markdown."""
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("methods", nargs="+", metavar="METHOD")
     parser.add_argument("--root", required=True, metavar="DIR", help="folder of the Mixamo clips")
     options = parser.parse_args()
     try:
-        methods = {name: bound.method(name).built for name in options.methods}
-        moved = {
-            "Mixamo": motions(f"mixamo[root={options.root}]", is_unseen),
-            "puppet": motions("puppets[size=tiny]"),
-        }
+        for line in table(options.methods, options.root):
+            print(line, flush=True)
     except BenchError as error:
         parser.error(str(error))
+
+
+def table(names: Sequence[str], root: str) -> Iterator[str]:
+    """Lines of Markdown. root: folder of the Mixamo clips. Raises BenchError."""
+    methods = {name: bound.method(name).built for name in names}
+    moved = {
+        "Mixamo": motions(f"mixamo[root={root}]", is_unseen),
+        "puppet": motions("puppets[size=tiny]"),
+    }
     cells = [(motion, body) for motion in moved for body in moved]
-    print("| method |", *(f"{motion} motion, {body} body |" for motion, body in cells))
-    print("|---|", *("---:|" for _ in cells))
+    yield f"| method | {' | '.join(f'{motion} motion, {body} body' for motion, body in cells)} |"
+    yield "|---|" + "---:|" * len(cells)
     for name, method in methods.items():
         row = [losses(method, on(moved[motion], moved[body])) for motion, body in cells]
-        print(f"| {name} |", *(f"{shown(cell)} |" for cell in row), flush=True)
+        yield f"| {name.replace('_', chr(92) + '_')} | {' | '.join(map(shown, row))} |"
 
 
 def is_unseen(clip: str) -> bool:
