@@ -185,7 +185,8 @@ def lacking(root: str) -> Iterator[str]:
         "whose first two columns are the larger ones lacks motion; one whose first and third are, bodies."
     )
     yield ""
-    yield from own_body.table(_trained(name for name in METHODS if "+" not in name and name != STILL), root)
+    alone = (name for name in METHODS if "+" not in name and name != STILL)
+    yield from own_body.table(_trained(alone), root)
 
 
 def table(title: str, columns: dict[str, Column], methods: Iterable[str], cells: Cells) -> Iterator[str]:
