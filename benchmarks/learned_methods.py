@@ -181,8 +181,9 @@ def lacking(root: str) -> Iterator[str]:
     """Lines of Markdown: what the methods lack, told by motions on their own bodies."""
     yield from ("", "## Motion given back on its own body", "")
     yield (
-        "Root-aligned MPJPE in % of height, 95 % intervals over motions in brackets. Copying has 0. A method "
-        "whose first two columns are the larger ones lacks motion; one whose first and third are, bodies."
+        "Root-aligned MPJPE in % of height, 95 % intervals over motions in brackets. Copying has 0. A "
+        "method whose first two columns are the larger ones lacks motion; one whose first and third are, "
+        "bodies."
     )
     yield ""
     alone = (name for name in METHODS if "+" not in name and name != STILL)
