@@ -30,7 +30,8 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import bound
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import presets
-from retarget_bench.training.data import TrainingData, gather
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.gather import gather
 from retarget_bench.training.pair_data import gather_pairs
 from retarget_bench.training.phases import NORM, optimiser_phases, to_device
 

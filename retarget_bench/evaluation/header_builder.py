@@ -98,6 +98,7 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
         folders=unit.method.folders,
         trained_on=manifest,
         training_share=method.training_share,
+        authors_weights=str(card.authors_weights),
         environment=environments.facts(unit.environment) if unit.environment else {},
     )
 

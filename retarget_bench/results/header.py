@@ -19,6 +19,8 @@ from retarget_bench.plugins.spec import Spec
 SCHEMA = 5
 STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
 """``missing``: scoring was asked for and no prediction was there."""
+AUTHORS = "authors-"
+"""The beginning of the label of weights by a paper's authors; the head of their hash follows."""
 WAITING = "not done yet"
 """The message of cases that a run has not come to."""
 ELSEWHERE = "predictions made elsewhere"
@@ -39,6 +41,7 @@ class MethodInfo:
                 empty: not known.
     folders:    parameter -> the folder, its name alone, that its local weights were read from.
     training_share: see ``Method``; None: not known.
+    authors_weights: see ``MethodCard``.
     """
 
     name: str = ""
@@ -56,7 +59,13 @@ class MethodInfo:
     environment: Mapping[str, Any] = field(default_factory=dict)
     trained_on: Mapping[str, tuple[str, ...]] | None = None
     training_share: TrainingShare | None = None
+    authors_weights: str = ""
     folders: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def is_by_authors(self) -> bool:
+        """Whether its weights are those of its paper's authors."""
+        return str(self.parameters.get("weights", "")).startswith(AUTHORS)
 
     @property
     def shown(self) -> str:

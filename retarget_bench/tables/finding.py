@@ -1,16 +1,11 @@
 """The finding of a table: one sentence made of its marks, its numbers and the headers of its methods."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 
 from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import CROSS, INTRA, SELF, TrainingShare
-from retarget_bench.errors import BenchError
-from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.header import MethodInfo
 from retarget_bench.tables.model import Group, Row, count, listed
-from retarget_bench.tables.published.ours import whose
 
 WHERE = {CROSS: "across structures", INTRA: "within structures", SELF: "on their own bodies"}
 """The usual splits in words."""
@@ -101,9 +96,6 @@ def _training(learned: Mapping[str, MethodInfo], subject: str) -> str:
 
 def _authors(learned: Mapping[str, MethodInfo]) -> str:
     """Where the weights of their papers' authors can be had, of methods that have others."""
-    published = []
-    for name in sorted({m.name for m in learned.values() if not whose(m).startswith("authors")}):
-        with suppress(BenchError):  # not installed
-            if registry.create("methods", Spec(name)).card.authors_weights:
-                published.append(f"bench info {name}")
+    others = (method for method in learned.values() if method.authors_weights and not method.is_by_authors)
+    published = [f"bench info {name}" for name in sorted({method.name for method in others})]
     return f"authors' weights: {listed(published)}" if published else ""

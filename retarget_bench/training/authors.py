@@ -18,10 +18,6 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-LABEL = "authors-"
-"""The beginning of the label of such weights; the head of their hash follows."""
-
-
 @dataclass(frozen=True)
 class AuthorsWeights:
     """Weights of a method by the authors of its paper.

@@ -23,9 +23,10 @@ from retarget_bench.motion.character import Character
 from retarget_bench.plugins import named, registry
 from retarget_bench.plugins.parameters import documented
 from retarget_bench.plugins.spec import Scalar, Spec
+from retarget_bench.results.header import AUTHORS
 from retarget_bench.training import variants
 from retarget_bench.training import weights as bundles
-from retarget_bench.training.authors import LABEL, AuthorsWeights
+from retarget_bench.training.authors import AuthorsWeights
 from retarget_bench.training.record import Record
 from retarget_bench.training.tensor_files import verify
 
@@ -120,7 +121,7 @@ class LearnedMethod(Method):
         paper's authors, and the head of their hash."""
         if self._card is None or self._at in self.shipped().values():
             return str(self.config.weights)
-        return f"{LABEL if self._authors else 'local-'}{self.weights_hash[:8]}"
+        return f"{AUTHORS if self._authors else 'local-'}{self.weights_hash[:8]}"
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:

@@ -9,7 +9,8 @@ from retarget_bench.parallel import carried_out
 from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import Progress
-from retarget_bench.training.data import ClipArrays, StoredClips, TrainingData, scratch
+from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.gather import StoredClips, scratch
 from retarget_bench.training.joint_datasets import dataset, split_spec
 
 _GROUPS = 100

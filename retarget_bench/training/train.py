@@ -19,7 +19,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import joint_datasets, log, parallel, run_folder, weights
 from retarget_bench.training.card import OTHER_DATA, UNKNOWN, UNWATCHED, card, completed
 from retarget_bench.training.config import Augmentation, Budget, TrainingConfig, presets
-from retarget_bench.training.data import TrainingData, gather
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.gather import gather
 from retarget_bench.training.learned_method import LearnedMethod
 from retarget_bench.training.loop import LEAST, Loop, TrainingStatus
 from retarget_bench.training.pair_data import gather_pairs

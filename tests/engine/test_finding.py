@@ -20,10 +20,10 @@ def stored(root, name, world, recall=None, split="cross", **about):
     return changed(store(root, split, name, rows, **about), values=RECALLS)
 
 
-def learned(root, name, world, recall=None, share=None, at_least=False):
+def learned(root, name, world, recall=None, share=None, at_least=False, **about):
     facts = {"trained_on": {"characters": ("here",)}}
     facts |= {} if share is None else {"training_share": {"part": share, "at_least": at_least}}
-    return stored(root, name, world, recall, **facts)
+    return stored(root, name, world, recall, **facts, **about)
 
 
 def said(root) -> str:
@@ -88,7 +88,7 @@ def test_what_is_not_known_is_left_out(tmp_path, share):
 
 
 def test_windows_that_were_not_counted_and_weights_of_authors(tmp_path):
-    learned(tmp_path, "pan", 1.0, share=0.0023, at_least=True)
+    learned(tmp_path, "pan", 1.0, share=0.0023, at_least=True, authors_weights="on their site")
     learned(tmp_path, "net", 2.0, share=0.0001)
     assert said(tmp_path) == (
         "Across structures (cross) pan is best by world; learned methods saw at least 0.01 to 0.23 % of "

@@ -16,7 +16,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, joint_datasets
 from retarget_bench.training.card import manifest
 from retarget_bench.training.config import Augmentation
-from retarget_bench.training.data import clips_of, gather
+from retarget_bench.training.gather import clips_of, gather
 from retarget_bench.training.joint_datasets import JointDataset, canonical, joint_spec
 from tests.in_process import carried_out_here
 

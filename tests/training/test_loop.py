@@ -17,7 +17,7 @@ from retarget_bench.plugins import bound, registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import log, loop, run_folder, train, validate, weights
 from retarget_bench.training.config import Budget
-from retarget_bench.training.data import gather
+from retarget_bench.training.gather import gather
 from retarget_bench.training.record import Run, error
 
 

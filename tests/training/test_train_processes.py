@@ -16,7 +16,7 @@ from retarget_bench.cli import main
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, log, run_folder, weights
-from retarget_bench.training.data import gather
+from retarget_bench.training.gather import gather
 from tests.in_process import carried_out_here
 
 TOYS = Path(__file__).parent / "toys"

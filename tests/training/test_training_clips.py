@@ -13,7 +13,8 @@ from retarget_bench.errors import NotSupported
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import by_character, training_clips
-from retarget_bench.training.data import TrainingData, clips_of, gather
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.gather import clips_of, gather
 
 TOYS = Path(__file__).parent / "learned_toys"
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from retarget_bench.training.data import ClipArrays, StoredClips, TrainingData
+from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.gather import StoredClips
 
 
 def training_data(**joints):

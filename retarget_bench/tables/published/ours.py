@@ -16,7 +16,6 @@ from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.tables.model import NOT_APPLICABLE, Cell, count
 from retarget_bench.tables.published.printed import SEEN, STRUCTURE, Column, PublishedTable
-from retarget_bench.training import authors
 
 FEWER = "answered fewer cases"
 UNTRAINED = "the method is untrained, so no structure is seen or unseen"
@@ -52,7 +51,7 @@ def about(method: MethodInfo) -> str:
 def whose(method: MethodInfo) -> str:
     """Whose weights a learned method has: ``authors' weights``, or ``own`` with the part of its paper's
     windows that they have seen, where that is known; "" of an untrained one."""
-    if str(method.parameters.get("weights", "")).startswith(authors.LABEL):
+    if method.is_by_authors:
         return "authors' weights"
     if method.trained_on is None:
         return ""
