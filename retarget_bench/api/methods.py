@@ -97,7 +97,8 @@ class TrainingShare:
     at_least: bool = False
 
     def __str__(self) -> str:
-        return f"{'at least ' * self.at_least}{100 * self.part:.2g} %"
+        per_cent = 100 * self.part
+        return f"{'at least ' * self.at_least}{per_cent:.{'2g' if per_cent < 99.5 else '0f'}} %"
 
 
 @dataclass(frozen=True)

@@ -299,6 +299,12 @@ def test_an_unknown_table_names_those_there_are() -> None:
             TrainingShare(0.0031),
             "own weights, 0.31 % of its paper's windows; ours: ",
         ),
+        (
+            "puppets",
+            {"kinds": ("walk",)},
+            TrainingShare(0.996),
+            "own weights, 100 % of its paper's windows; ours: ",
+        ),
         ("puppets", {"kinds": ("walk",)}, None, "own weights; ours: "),
         ("authors-12345678", None, None, "authors' weights; ours: "),
         ("puppets", None, None, "ours: "),
