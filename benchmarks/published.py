@@ -63,12 +63,12 @@ CLAIMS = (
 """Paper, split, and of two methods first the one that has the smaller error there."""
 ABOUT = (
     "Trained on the training part of fold 0, tested on its test clips; from random weights, one seed. "
-    "*windows*: drawn in training, and in brackets their share of the paper's, by their frames. R2ET and "
-    "PMnet: the whole training of their papers. The others: 16 windows a batch at the papers' rates. Of each "
-    "run the weights that validate best are kept. Copying and `ik` follow the path by "
-    "`root_rule=mixamo`, which describes these references best; papers compare with copying under another rule. MPJPE and "
-    "root-aligned MPJPE in % of height, 95 % intervals over clips in brackets. Errors on validation: "
-    "`published.png`."
+    "*windows*: drawn in training, and in brackets their share of the paper's, by their frames. R2ET "
+    "and PMnet: the whole training of their papers. The others: 16 windows a batch at the papers' "
+    "rates. Of each run the weights that validate best are kept. Copying and `ik` follow the path by "
+    "`root_rule=mixamo`, which describes these references best; papers compare with copying under "
+    "another rule. MPJPE and root-aligned MPJPE in % of height, 95 % intervals over clips in "
+    "brackets. Errors on validation: `published.png`."
 )
 ORDERS = (
     "Below zero the first has the smaller error, as in the paper. *reproduced* and *refuted*: the 95 % "
