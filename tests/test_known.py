@@ -156,8 +156,9 @@ def test_what_is_shipped_says_what_its_numbers_say():
         assert each.better == ("" if not different else each.default if more else each.method)
 
 
-@pytest.fixture(scope="module")
-def script():
+@pytest.fixture
+def script(monkeypatch):
+    monkeypatch.syspath_prepend(str(SCRIPT.parent))  # where what it imports lies
     spec = importlib.util.spec_from_file_location("learned_methods", SCRIPT)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
