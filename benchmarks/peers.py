@@ -178,7 +178,8 @@ def page(results: dict[str, rb.Results], few: rb.Results) -> str:
         "amount of motion. NKN\\*, PMnet\\* and SAN have networks for each structure and know those of "
         "their training alone: elsewhere they have tables of their own, or no number. None of these "
         "numbers says how good a method of a paper is at its best. *own weights*: trained here, with the "
-        "part of the frames that the paper's training sees where that is known; *authors' weights*: those "
+        "part of their papers' windows that they have seen, by frames, where that is known; *authors' "
+        "weights*: those "
         "that the paper's authors published, which are not shipped.",
     ]
     out += table("Puppets", "Held-out bodies and clips;", results["puppets"])
