@@ -64,8 +64,8 @@ class Paired(LearnedMethod):
     4. Feet that the source holds still are held as ``ik`` holds them, which moves the hips where legs would
        not reach.
 
-    With a rule, ``paired`` is ``ik`` whose hands have learned where to go. What pairs teach of hips (and of
-    trunks, which earlier versions corrected) is a convention of those who made the pairs.
+    With a rule, ``paired`` is ``ik`` whose hands have learned where to go. What pairs teach of hips, and
+    would teach of trunks, is a convention of those who made the pairs.
 
     Frames 0.7 s before and after decide a frame. Joints outside of the 22 roles follow their parents as
     they do in the copy. Bodies may lack spine joints, neck, collar bones and toes.
