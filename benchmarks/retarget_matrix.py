@@ -13,8 +13,8 @@ and read again. A pair is right where
   right (elsewhere hands are held, and legs always carry feet, which copying does not);
 - sides: the left hip and shoulder are to the left, as the source's are.
 
-Writes ``results/retarget_matrix.md``. --sheets: a folder for a contact sheet of every source, which holds
-motion of others and stays out of the repository.
+Prints a section of ``results/measurements.md``. --sheets: a folder for a contact sheet of every source,
+which holds motion of others and stays out of the repository.
 """
 
 from __future__ import annotations
@@ -32,14 +32,12 @@ import retarget_bench as rb
 from retarget_bench.api import Case, CaseInfo
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError
-from retarget_bench.files import write_text
 from retarget_bench.metrics.joint_speed import plugin as JointSpeed
 from retarget_bench.motion import files
 from retarget_bench.motion.character import Motion
 from retarget_bench.python.progress import progress_bar
 from retarget_bench.viewer import clips, drawing, scene_builder
 
-PROJECT = Path(__file__).parents[1]
 SOURCES = {
     "Mixamo, Aj": "mixamo_san/Aj/Running.bvh",
     "Mixamo, Goblin": "mixamo_san/Goblin_m/Combo Punch.bvh",
@@ -201,7 +199,7 @@ def page(verdicts: dict[tuple[str, str], Found], method: str, frames: int) -> st
     right = sum(not each.faults for each in verdicts.values())
     names = list(dict.fromkeys(target for _, target in verdicts))
     lines = [
-        "# Retargeting between files of all formats and origins",
+        "## Retargeting between files of all formats and origins",
         "",
         "    python benchmarks/retarget_matrix.py PATH/TO/DATA",
         "",
@@ -259,10 +257,7 @@ def main() -> None:
             if answer is not None and options.sheets:
                 answers[source, target] = answer
             progress(number, len(combinations))
-    write_text(
-        PROJECT / "results" / "retarget_matrix.md", text := page(verdicts, options.method, options.frames)
-    )
-    print(text)
+    print(page(verdicts, options.method, options.frames))
     for name, motion in sources.items() if options.sheets else ():
         sheet(name, motion, {k[1]: v for k, v in answers.items() if k[0] == name}, options.sheets)
 
