@@ -68,7 +68,8 @@ def _piece(
     rotations = target_body.turned(copy, answer.turned[0].numpy())
     root = transfer.root_from_hips(target, rotations, answer.positions[0, :, 0].numpy())
     pose = Pose.of(target.motion(rotations, root, source.fps))
-    ratios = root_rules.ratios(rule, source.character, target)
+    longer = corrections.scale.item()
+    ratios = root_rules.ratios(rule, source.character, target) * [longer, 1.0, longer]
     plant(Exchange(source, rig_of(source.character), rig_of(target), pose, ratios))
     return pose.rotations, pose.root
 

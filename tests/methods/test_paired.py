@@ -273,6 +273,20 @@ def test_without_correction_it_is_ik_that_does_not_mind_hands() -> None:
 
 
 @pytest.mark.parametrize("root_rule", ["hip_height", "learned"])
+def test_the_answer_is_the_same_wherever_the_source_stands(root_rule: RootRule) -> None:
+    """The path is scaled about the origin of the world; all else is seen from the body."""
+    case = _case()
+    network = loosened(Corrector()).eval()
+    here, there = (
+        retargeted(network, source, case.target, root_rule).positions
+        for source in (case.source, _moved(case.source, [40.0, 0.0, -20.0]))
+    )
+    moved = there - here
+    assert np.linalg.norm(moved, axis=-1).min() > 40.0
+    assert np.ptp(moved, axis=(0, 1)).max() < 1e-3 * case.target.height
+
+
+@pytest.mark.parametrize("root_rule", ["hip_height", "learned"])
 def test_arms_that_touch_nothing_stay_as_they_were_copied(root_rule: RootRule) -> None:
     case = _case("clap")
     network = loosened(Corrector()).eval()
