@@ -127,15 +127,14 @@ def comparisons(results: rb.Results, bodies: str) -> Iterator[known.Comparison]:
 Cells = dict[tuple[str, Column], Any]
 
 
-def own_bodies(root: str) -> Cells:
+def own_bodies(found: own_body.Found) -> Cells:
     """The errors of Mixamo's motion on its own bodies."""
-    questions = own_body.motions(f"mixamo[root={root}]", own_body.is_unseen)
     cells: Cells = {}
-    for name in _trained(METHODS):
-        losses = own_body.losses(registry.create("methods", name), questions)
-        (interval,) = statistics.mean_intervals(losses[None])
+    for name, losses in found.items():
+        (interval,) = statistics.mean_intervals(losses["Mixamo", "Mixamo"][None])
         assert interval is not None  # of two dozen motions
-        cells[name, OWN] = SimpleNamespace(value=losses.mean(), low=interval.low, high=interval.high)
+        mean = losses["Mixamo", "Mixamo"].mean()
+        cells[name, OWN] = SimpleNamespace(value=mean, low=interval.low, high=interval.high)
     return cells
 
 
@@ -151,12 +150,10 @@ def numbers(results: dict[str, rb.Results]) -> tuple[Cells, str]:
     return cells, "; ".join(f"{name}: {size}" for name, size in sizes.items())
 
 
-def page(
-    results: dict[str, rb.Results], own: Cells, lacks: Iterable[str], known_structures: rb.Results
-) -> str:
+def page(results: dict[str, rb.Results], found: own_body.Found, known_structures: rb.Results) -> str:
     """The tables as Markdown, every number with its interval and what it was to be."""
     cells, sizes = numbers(results)
-    cells |= own
+    cells |= own_bodies(found)
     out = [
         "# Learned methods and what they were to reach",
         "",
@@ -172,22 +169,21 @@ def page(
     ]
     for title, columns in TABLES.items():
         out += table(title, columns, METHODS, cells)
-    out += lacks
+    out += lacking(found)
     out += beside(known_structures)
     return "\n".join(out) + "\n"
 
 
-def lacking(root: str) -> Iterator[str]:
+def lacking(found: own_body.Found) -> Iterator[str]:
     """Lines of Markdown: what the methods lack, told by motions on their own bodies."""
     yield from ("", "## Motion given back on its own body", "")
     yield (
-        "Root-aligned MPJPE in % of height, 95 % intervals over motions in brackets. Copying has 0. A "
-        "method whose first two columns are the larger ones lacks motion; one whose first and third are, "
-        "bodies."
+        "Root-aligned MPJPE in % of height, 95 % intervals over motions in brackets. Copying has 0, and so "
+        "has `+residual`. A method whose first two columns are the larger ones lacks motion; one whose "
+        "first and third are, bodies."
     )
     yield ""
-    alone = (name for name in METHODS if "+" not in name and name != STILL)
-    yield from own_body.table(_trained(alone), root)
+    yield from own_body.table(found)
 
 
 def table(title: str, columns: dict[str, Column], methods: Iterable[str], cells: Cells) -> Iterator[str]:
@@ -284,7 +280,8 @@ def main() -> None:
     few = rb.run(
         _trained((*OF_KNOWN_STRUCTURES, *BESIDE)), splits=SPLITS["puppets"], **sets["puppets"], **common
     )
-    write(results, own_bodies(options.root), lacking(options.root), few)
+    alone = [name for name in METHODS if "+" not in name and name != STILL]
+    write(results, own_body.measured(_trained(alone), options.root), few)
     curves(cards(), PROJECT / "results" / "learned_curves.png")
 
 
@@ -312,15 +309,13 @@ def built(body: rb.Character) -> tuple[str, str]:
     return build.topology, " ".join(f"{share:.6g}" for share in build.shares)
 
 
-def write(
-    results: dict[str, rb.Results], own: Cells, lacks: Iterable[str], known_structures: rb.Results
-) -> None:
+def write(results: dict[str, rb.Results], found: own_body.Found, known_structures: rb.Results) -> None:
     """The files, from results by the names of ``SPLITS``."""
     rows = [each for name, bodies in BODIES.items() for each in comparisons(results[name], bodies)]
     write_csv(known.shipped(), known.FIELDS, [dataclasses.astuple(row) for row in rows])
     bodies = registry.create("datasets", defaults.DATASET).characters().values()
     write_csv(known.shipped("known_bodies.csv"), known.BUILD_FIELDS, map(built, bodies))
-    text = page(results, own, lacks, known_structures)
+    text = page(results, found, known_structures)
     write_text(PROJECT / "results" / "learned.md", text)
     print(text)
 

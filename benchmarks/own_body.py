@@ -12,7 +12,7 @@ and of bodies unlike them.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from tqdm import tqdm
@@ -40,25 +40,37 @@ def main() -> None:
     parser.add_argument("--root", required=True, metavar="DIR", help="folder of the Mixamo clips")
     options = parser.parse_args()
     try:
-        for line in table(options.methods, options.root):
-            print(line, flush=True)
+        found = measured(options.methods, options.root)
     except BenchError as error:
         parser.error(str(error))
+    print("\n".join(table(found)))
 
 
-def table(names: Sequence[str], root: str) -> Iterator[str]:
-    """Lines of Markdown. root: folder of the Mixamo clips. Raises BenchError."""
+Found = Mapping[str, Mapping[tuple[str, str], np.ndarray]]
+"""Method -> (whose motion, whose body) -> the error of each motion."""
+
+
+def measured(names: Sequence[str], root: str) -> Found:
+    """root: folder of the Mixamo clips. Raises BenchError."""
     methods = {name: bound.method(name).built for name in names}
     moved = {
         "Mixamo": motions(f"mixamo[root={root}]", is_unseen),
         "puppet": motions("puppets[size=tiny]"),
     }
     cells = [(motion, body) for motion in moved for body in moved]
+    return {
+        name: {cell: losses(method, on(*(moved[each] for each in cell))) for cell in cells}
+        for name, method in tqdm(methods.items(), leave=False, disable=None)
+    }
+
+
+def table(found: Found) -> Iterator[str]:
+    """Lines of Markdown."""
+    cells = next(iter(found.values()))
     yield f"| method | {' | '.join(f'{motion} motion, {body} body' for motion, body in cells)} |"
     yield "|---|" + "---:|" * len(cells)
-    for name, method in methods.items():
-        row = [losses(method, on(moved[motion], moved[body])) for motion, body in cells]
-        yield f"| {name.replace('_', chr(92) + '_')} | {' | '.join(map(shown, row))} |"
+    for name, row in found.items():
+        yield f"| {name.replace('_', chr(92) + '_')} | {' | '.join(map(shown, row.values()))} |"
 
 
 def is_unseen(clip: str) -> bool:
@@ -98,7 +110,7 @@ def losses(method: Method, questions: Iterable[Motion]) -> np.ndarray:
     """The error of every motion that the method answers for."""
     found = []
     metric = registry.create("metrics", "position")
-    for number, motion in enumerate(tqdm(list(questions), leave=False, disable=None)):
+    for number, motion in enumerate(questions):
         info = CaseInfo(f"own/{number}", "retarget", "self", "a", "a", str(number))
         case = Case(info, motion, motion.character, reference=motion)
         try:

@@ -87,17 +87,11 @@ class PairedTraining:
             lacks = torch.from_numpy(np.stack([missing(spare(numbers)) for _ in clips]))
             pose = turns(numbers, rows)
             if before is not None:  # a body that is its own target has one shape
-                lacks, pose = (
-                    torch.where(same.view(-1, *(1,) * (own.ndim - 1)), other, own)
-                    for own, other in zip((lacks, pose), before, strict=True)
-                )
+                lacks, pose = where(same, before[0], lacks), where(same, before[1], pose)
             before = lacks, pose
-            other = mirrored(motions)
-            motions = {
-                key: torch.where(flip.view(-1, *(1,) * (each.ndim - 1)), other[key], each)
-                for key, each in motions.items()
-            }
-            offsets = torch.where(flip[:, None, None], mirrored_bones(offsets), offsets)
+            images = mirrored(motions)
+            motions = {key: where(flip, images[key], each) for key, each in motions.items()}
+            offsets = where(flip, mirrored_bones(offsets), offsets)
             motions["rotations"], offsets = reposed(motions["rotations"], offsets, pose)
             motions, offsets = without(motions, offsets, lacks)
             lifted = lengths[:, 1:] * torch.from_numpy(lifts).float()
@@ -146,3 +140,8 @@ class PairedTraining:
     def load(self, tensors: Mapping[str, Tensor]) -> None:
         self.network.take(tensors)
         self.network.figures.learn(self._bodies.values())
+
+
+def where(rows: Tensor, chosen: Tensor, others: Tensor) -> Tensor:
+    """Of two batches the chosen one's rows ``(rows,)`` bool, and the other's elsewhere."""
+    return torch.where(rows.view(-1, *(1,) * (chosen.ndim - 1)), chosen, others)

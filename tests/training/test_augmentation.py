@@ -217,11 +217,12 @@ def test_a_reshaped_body_turns_alike_and_rests_otherwise(motions):
             each.positions[..., 1].min(1) / each.character.measures.hip_height for each in (motion, moved)
         ]
         np.testing.assert_allclose(*heights, atol=1e-9)
-        cosines = {
-            role: own.offsets[joint] @ others.offsets[joint]
-            / np.linalg.norm(own.offsets[joint]) / np.linalg.norm(others.offsets[joint])
-            for role, joint in body.joint_of.items() if joint and own.offsets[joint].any()
-        }  # fmt: skip
+        first, second = (
+            each.offsets / np.linalg.norm(each.offsets, axis=-1, keepdims=True).clip(min=1e-9)
+            for each in (own, others)
+        )
+        joints = {role: joint for role, joint in body.joint_of.items() if first[joint].any()}
+        cosines = {role: first[joint] @ second[joint] for role, joint in joints.items()}
         assert cosines["left_hand"] == cosines["left_forearm"] == pytest.approx(1.0)
         angles = np.degrees(np.arccos(np.clip([*cosines.values()], -1.0, 1.0)))
         assert 5.0 < angles.mean() < 20.0

@@ -171,16 +171,16 @@ def test_a_worker_knows_no_more_than_the_spec(gathered, tmp_path):
 def test_augmentation_adds_a_reshaped_body_to_each_that_does_the_same_clips(gathered):
     plain = gathered(ONE)
     data = gather(ONE, Spec("toy_trainee"), 30.0, 1, lambda *_: None, Augmentation())
-    assert set(data.clips) == set(plain.clips) | {f"{name}, reshaped" for name in plain.clips}
+    assert set(data.clips) == set(plain.clips) | {f"{name} reshaped" for name in plain.clips}
     assert data.characters.keys() == data.clips.keys()
     for name, before in plain.clips.items():
-        own, others = data.clips[name], data.clips[f"{name}, reshaped"]
+        own, others = data.clips[name], data.clips[f"{name} reshaped"]
         assert (
             [each.name for each in others] == [each.name for each in own] == [each.name for each in before]
         )
         for one, again in zip(before, own, strict=True):
             assert all(np.array_equal(one.arrays[key], again.arrays[key]) for key in one.arrays)
-        assert data.characters[f"{name}, reshaped"].structure == data.characters[name].structure
+        assert data.characters[f"{name} reshaped"].structure == data.characters[name].structure
 
 
 def lose(monkeypatch, *clips):

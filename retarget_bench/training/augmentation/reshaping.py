@@ -15,7 +15,7 @@ from retarget_bench.motion.measures import measure
 from retarget_bench.motion.roles import SIDES, is_tip
 from retarget_bench.training.augmentation.body import AugmentedBody
 
-NAME = "{}, reshaped"
+NAME = "{} reshaped"
 LEVEL, LOOSE = ("forearm", "hand"), ("shoulder", "arm", "toe", "neck", "head")
 """Bones to these joints lie along x in every reference pose; bones to those slant by twice as much."""
 LENGTH, FARTHEST = 0.15, 3.0
