@@ -129,6 +129,7 @@ function start(player) {
   resized(player);
   setTime(player, options.frame || 0);
   changed(player);
+  showTime(player); // names never stand without their errors, not even until the first picture
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
   if (options.autoplay && !still) setPlaying(player, true);
   return scene;
