@@ -18,12 +18,15 @@ from pathlib import Path
 
 import pytest
 
+from retarget_bench.training.released import LIST, listed
+
 ROOT = Path(__file__).parents[1]
 ENGINE = ROOT / "retarget_bench"
 ROOMS = ("methods", "metrics", "datasets")
 INSIDE = {"": "retarget_bench", **{room: room for room in ROOMS}, "golden": "results/golden"}
 """Folder in the wheel's package -> folder in a checkout."""
-LARGEST_WHEEL = 100_000_000
+FETCHED = listed(ROOT / "methods" / LIST)
+LARGEST_WHEEL = 60_000_000
 
 
 def python_files(folder: Path) -> list[Path]:
@@ -306,7 +309,9 @@ def test_the_wheel_holds_what_the_folders_hold(wheel):
         for p in (ROOT / here).rglob("*")
         if p.is_file() and "__pycache__" not in p.parts
     }
-    assert packed == expected, "a new kind of file is named in package-data of pyproject.toml"
+    fetched = {Path("retarget_bench/methods", *each).as_posix() for each in FETCHED}
+    assert fetched < expected
+    assert packed == expected - fetched, "a new kind of file is named in package-data of pyproject.toml"
     assert wheel.stat().st_size < LARGEST_WHEEL
 
 
@@ -356,7 +361,6 @@ def test_versions_and_names_agree():
     from retarget_bench import __version__
 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    assert project["version"] == __version__
     assert project["scripts"]["bench"] == project["scripts"]["retarget-bench"]
     assert f"version: {__version__}" in (ROOT / "CITATION.cff").read_text()
     assert f"## {__version__}" in (ROOT / "CHANGELOG.md").read_text()

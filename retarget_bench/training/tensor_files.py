@@ -16,6 +16,7 @@ import numpy as np
 
 from retarget_bench.errors import FileError
 from retarget_bench.files import atomic, read_json, write_text
+from retarget_bench.training import released
 
 Arrays = Mapping[str, np.ndarray]
 SCHEMA = 1
@@ -124,7 +125,7 @@ def read_arrays(file: Path, record: Path, written: str) -> dict[str, np.ndarray]
 
 def read_weights(record: Path, written: str) -> dict[str, np.ndarray]:
     """The same of arrays beside their record, each of real, finite numbers. Raises FileError."""
-    file = arrays_of(record)
+    file = released.at_hand(arrays_of(record))
     arrays = read_arrays(file, record, written)
     for name, array in arrays.items():
         if array.dtype.kind not in "fiub":
@@ -138,7 +139,7 @@ def read_weights(record: Path, written: str) -> dict[str, np.ndarray]:
 
 def verify(record: Path, written: str) -> None:
     """Compare weights with what their record says, once for each state of their file. Raises FileError."""
-    file = arrays_of(record)
+    file = released.at_hand(arrays_of(record))
     state = file.stat() if file.exists() else None
     _verified(record, written, state and (state.st_mtime_ns, state.st_size))
 
