@@ -1,5 +1,7 @@
 # make bench   the main job: every method on the embedded motion, and the table
 # make test    everything that is checked: ruff, mypy, the regression gate, pytest, side by side
+# make docs    the site, into build/docs/site
+# make release-check   the wheel and the source archive, into dist, tried with $(PYTHONS) where nothing else is
 # make gpu-bundle METHODS="pan humot" [CMU=DIR] [EARLIER=DIR]   what travels to a machine with a GPU
 # All make their own virtual environment in $(VENV) with the versions of constraints.txt.
 
@@ -8,6 +10,7 @@ VENV ?= .venv
 PIP_OPTIONS ?=
 ARGS ?=
 JOBS ?= auto
+PYTHONS ?= python3.11 python3.12 python3.13
 METHODS ?= nkn pan humot paired
 
 BIN := $(VENV)/bin
@@ -18,7 +21,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no
 # these when they are. What it compiled is kept: tests start hundreds of processes, and each would do it anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: bench test check lint pytest format clean gpu-bundle
+.PHONY: bench test check lint pytest format docs release release-check clean gpu-bundle
 
 bench: $(VENV)/installed
 	$(BIN)/bench run $(ARGS)
@@ -36,10 +39,20 @@ lint: $(VENV)/installed-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/codespell
 
 format: $(VENV)/installed-test
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+docs: $(VENV)/installed-docs
+	$(BIN)/python -m tools.build_docs
+
+release: $(VENV)/installed-release
+	PYTHON=$(CURDIR)/$(BIN)/python tools/build_release.sh
+
+release-check: release
+	PIP_OPTIONS='$(PIP_OPTIONS)' tools/try_release.sh $(PYTHONS)
 
 # What Python has beside PyTorch there lacks these.
 build/wheels: constraints.txt | $(VENV)/python
@@ -62,6 +75,10 @@ $(VENV)/python:
 $(VENV)/installed: $(VENV)/python pyproject.toml constraints.txt
 	$(INSTALL) -e .
 	touch $@
+
+$(VENV)/installed-docs $(VENV)/installed-release: $(VENV)/installed-%: $(VENV)/python pyproject.toml constraints.txt
+	$(INSTALL) -e '.[$*]'
+	touch $@ $(VENV)/installed
 
 $(VENV)/installed-test: $(VENV)/python pyproject.toml constraints.txt
 	$(INSTALL) -e '.[test]'

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,24 @@ def test_there_are_few_pages_of_few_words():
     assert len(written) <= 14
     assert sum(len((ROOT / page).read_text(encoding="utf-8").split()) for page in written) <= 25_000
     assert len(list((ROOT / "results").glob("*.md"))) <= 11  # ten, and the log of accepted changes
+
+
+def test_addresses_are_those_of_the_project():
+    """Of the repository and its site, wherever they stand: [project.urls] is where they are decided."""
+    urls = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["urls"]
+    owner = urls["Repository"].split("/")[-2]
+    patterns = ("*.md", "*.yml", "*.cff", "docs/**/*.md", "docs/*.ipynb", ".github/**/*.yml", "tools/*")
+    written = {
+        found
+        for pattern in patterns
+        for path in ROOT.glob(pattern)
+        if path.is_file()
+        for found in re.findall(
+            r"(?:github\.com/|github/|https://|uses: )([\w-]+)(?:\.github\.io)?/retarget-bench\b",
+            path.read_text(encoding="utf-8"),
+        )
+    }
+    assert written == {owner}
 
 
 def headings(page: Path) -> set[str]:
