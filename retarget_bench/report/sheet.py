@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import accumulate, groupby, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from retarget_bench.errors import printable
 from retarget_bench.figures.plotting import canvas
@@ -25,6 +26,8 @@ ACROSS, GAP, GUTTER = WIDTH - 2 * MARGIN, 7.0, 16.0
 """Points: of text, before a column of the table, and between columns of text."""
 TITLE, TABLE, SMALL, TEXT = 12.0, 8.0, 6.4, 6.9
 """Sizes of letters, in points."""
+LETTERS = 400
+"""More than there are in a line."""
 LEADING = 1.17
 """Height of a line over the size of its letters."""
 WIDEST_NAME, WIDEST_WORD, SPREAD = 120.0, 50.0, 14.0
@@ -119,8 +122,9 @@ def _height(strips: Sequence[Strip]) -> float:
 def _font(size: float, style: str) -> Any:
     from matplotlib.font_manager import FontProperties
 
+    slant: Literal["italic", "normal"] = "italic" if style == "italic" else "normal"
     weight = "bold" if style == "bold" else "normal"
-    return FontProperties(FONTS, "italic" if style == "italic" else "normal", weight=weight, size=size)
+    return FontProperties(family=FONTS, style=slant, weight=weight, size=size)
 
 
 @lru_cache(maxsize=50_000)
@@ -140,7 +144,8 @@ def filled(
     space, end = _width("n n", size) - _width("nn", size), 0.0
     lines: list[list[tuple[str, str]]] = [[]]
     for text, style in runs:
-        for word in printable(text).replace(" %", f"{words.NO_BREAK}%").split():
+        some = printable(text)[: LETTERS * most or None]
+        for word in some.replace(" %", f"{words.NO_BREAK}%").split():
             for part in _parts(word, size, style, across):
                 wide = _width(part, size, style)
                 if lines[-1] and end + space + wide > across:
@@ -148,10 +153,14 @@ def filled(
                 end = end + space + wide if lines[-1] else wide
                 lines[-1].append((part, style))
     if most and len(lines) > most:
-        lines, last = lines[:most], lines[most - 1]
-        while len(last) > 1 and sum(_width(w, size, s) + space for w, s in (*last, (CUT, ""))) > across:
+        lines, last, free = lines[:most], lines[most - 1], across - _width(CUT, size) - space
+        while (
+            len(last) > 1
+            and sum(_width(*word) for word in ((w, size, s) for w, s in last)) + space * (len(last) - 1)
+            > free
+        ):
             last.pop()
-        last.append((CUT, ""))
+        last[-1:] = [(_parts(last[-1][0], size, last[-1][1], free)[0], last[-1][1]), (CUT, "")]
     strips = []
     for number, line in enumerate(lines if runs and lines[0] else ()):
         x, above, texts = 0.0, 0.0 if number else gap, []
@@ -163,16 +172,22 @@ def filled(
     return strips
 
 
-def _parts(word: str, size: float, style: str, across: float) -> list[str]:
+def _beginning(word: str, size: float, style: str, letters: int) -> float:
+    return _width(word[:letters], size, style)
+
+
+@lru_cache(maxsize=10_000)
+def _parts(word: str, size: float, style: str, across: float) -> tuple[str, ...]:
     """A word, in parts where it is wider than a line."""
     parts = []
     while len(word) > 1 and _width(word, size, style) > across:
-        fits = next((n for n in range(len(word) - 1, 1, -1) if _width(word[:n], size, style) <= across), 1)
+        lengths = range(1, len(word))
+        fits = max(1, bisect_right(lengths, across, key=partial(_beginning, word, size, style)))
         after_sign = max(word.rfind(sign, 0, fits) + 1 for sign in BREAKS)
         at = after_sign if after_sign > fits / 3 else fits
         parts.append(word[:at])
         word = word[at:]
-    return [*parts, word]
+    return (*parts, word)
 
 
 def _columns(items: Sequence[tuple[str, str]], room: float) -> tuple[list[Strip], list[Strip]]:
