@@ -144,8 +144,8 @@ def filled(
     space, end = _width("n n", size) - _width("nn", size), 0.0
     lines: list[list[tuple[str, str]]] = [[]]
     for text, style in runs:
-        some = printable(text)[: LETTERS * most or None]
-        for word in some.replace(" %", f"{words.NO_BREAK}%").split():
+        some = printable(text)[: LETTERS * most or None].replace(" %", f"{words.NO_BREAK}%")
+        for word in filter(None, some.split(" ")):
             for part in _parts(word, size, style, across):
                 wide = _width(part, size, style)
                 if lines[-1] and end + space + wide > across:
@@ -153,14 +153,12 @@ def filled(
                 end = end + space + wide if lines[-1] else wide
                 lines[-1].append((part, style))
     if most and len(lines) > most:
-        lines, last, free = lines[:most], lines[most - 1], across - _width(CUT, size) - space
-        while (
-            len(last) > 1
-            and sum(_width(*word) for word in ((w, size, s) for w, s in last)) + space * (len(last) - 1)
-            > free
-        ):
+        free = across - _width(CUT, size) - space
+        last = [word for word, _ in lines[most - 1]]
+        while len(last) > 1 and _width(" ".join(last), size, "bold") > free:
             last.pop()
-        last[-1:] = [(_parts(last[-1][0], size, last[-1][1], free)[0], last[-1][1]), (CUT, "")]
+        style = lines[most - 1][0][1]
+        lines[most - 1 :] = [[*((_parts(word, size, style, free)[0], style) for word in last), (CUT, "")]]
     strips = []
     for number, line in enumerate(lines if runs and lines[0] else ()):
         x, above, texts = 0.0, 0.0 if number else gap, []
