@@ -101,12 +101,6 @@ class _Facts:
         return max(self.headers.values(), key=lambda each: each.date)
 
     @property
-    def main(self) -> str:
-        """Id of the first value."""
-        columns = self.groups[0].columns if self.groups else ()
-        return columns[0].id if columns and not self.groups[0].subject else self.groups[0].subject
-
-    @property
     def marked(self) -> bool:
         return any(cell.mark for cell in self.cells)
 
@@ -127,7 +121,8 @@ class _Facts:
         rules = _alike((m.root_rule or UNKNOWN, k) for k, m in self.methods_shown.items() if not m.control)
         paths = f"; root paths scaled by {rules}" if rules and self.chapter.kind in PAIRED else ""
         tests = "paired sign flips of clips, p-values adjusted by Westfall and Young 1993, stepping down"
-        value = next((each for each in self.table.explained if each.id == self.main and each.formula), None)
+        main = [group.subject or column.id for group in self.groups for column in group.columns][:1]
+        value = next((each for each in self.table.explained if [each.id] == main and each.formula), None)
         return (
             f"{GOALS.get(self.chapter.kind, GOAL)[:-1]}, on {data.label}{version}: {', '.join(cases)}, "
             f"{count(bodies, 'character')} in all{paths}; tests: {tests if self.marked else 'none'}."

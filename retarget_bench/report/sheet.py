@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
-from itertools import accumulate, groupby, pairwise
+from functools import lru_cache
+from itertools import accumulate, groupby, pairwise, takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -90,9 +89,8 @@ def drawn(page: Appendix, foot: str) -> Figure:
     FigureCanvasAgg(figure)
     y = _draw(figure, [*top, Strip(TEXT), *rows, *below, Strip(TEXT)], 0.0, 0.0)
     y = max(_draw(figure, lines, k * (ACROSS + GUTTER) / 2, y) for k, lines in enumerate(columns))
-    if not any(
-        CUT in text[2] for line in (*top, *rows, *below, *columns[0], *columns[1]) for text in line.texts
-    ):
+    lines = (*top, *rows, *below, *columns[0], *columns[1])
+    if not any(CUT in text[2] for line in lines for text in line.texts):
         end = filled([(foot, "italic")], SMALL, gap=TEXT, most=3)
     _draw(figure, end, 0.0, y)
     return figure
@@ -170,17 +168,13 @@ def filled(
     return strips
 
 
-def _beginning(word: str, size: float, style: str, letters: int) -> float:
-    return _width(word[:letters], size, style)
-
-
 @lru_cache(maxsize=10_000)
 def _parts(word: str, size: float, style: str, across: float) -> tuple[str, ...]:
     """A word, in parts where it is wider than a line."""
     parts = []
     while len(word) > 1 and _width(word, size, style) > across:
-        lengths = range(1, len(word))
-        fits = max(1, bisect_right(lengths, across, key=partial(_beginning, word, size, style)))
+        widths = (_width(word[:n], size, style) for n in range(2, len(word)))
+        fits = 1 + sum(1 for _ in takewhile(across.__ge__, widths))
         after_sign = max(word.rfind(sign, 0, fits) + 1 for sign in BREAKS)
         at = after_sign if after_sign > fits / 3 else fits
         parts.append(word[:at])

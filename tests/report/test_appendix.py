@@ -6,6 +6,7 @@ import hashlib
 import re
 import shlex
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib as mpl
@@ -19,6 +20,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.python.results import load_results
 from retarget_bench.report import chapters, sheet
 from retarget_bench.report.appendix import Appendix, appendix
+from retarget_bench.tables.model import Group
 from tests.engine import stored
 from tests.engine.small_plans import asked
 from tests.in_process import run_here
@@ -101,7 +103,7 @@ def test_columns_that_do_not_fit_are_named_and_hostile_words_are_drawn(tmp_path)
     many = Appendix(
         title=" ".join(HOSTILE),
         lead="",
-        groups=(stored_columns(group, 5), *table.groups),
+        groups=(repeated(group, 5), *table.groups),
         below=(*HOSTILE, "x" * 900),
         items=tuple((f"h{k}", each * 40) for k, each in enumerate(HOSTILE)),
     )
@@ -111,9 +113,8 @@ def test_columns_that_do_not_fit_are_named_and_hostile_words_are_drawn(tmp_path)
     assert "$ # _" in said
 
 
-def stored_columns(group, times: int):
+def repeated(group: Group, times: int) -> Group:
     """The group with its columns so many times."""
-    from dataclasses import replace
 
     def wider(rows):
         return tuple(replace(row, cells=row.cells * times) for row in rows)
@@ -191,9 +192,16 @@ def test_the_file_is_the_same_again_with_a_page_a_chapter_and_text_that_can_be_f
     assert sorted(tmp_path.glob("*.pdf")) == sorted(files)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"), [(("x.png",), "end its name in .html"), (("x.pdf", "--skins"), "has no motion")]
-)
-def test_other_endings_and_motion_in_a_pdf_are_refused(tmp_path, options, message):
-    with pytest.raises(BenchError, match=message):
-        report(ran(tmp_path), "-o", *options)
+def test_motion_in_a_pdf_is_refused(tmp_path):
+    with pytest.raises(BenchError, match="has no motion"):
+        report(ran(tmp_path), "-o", tmp_path / "x.pdf", "--skins")
+    assert not (tmp_path / "x.pdf").exists()
+
+
+@pytest.mark.parametrize("name", ["x.pdf", "x.html"])
+def test_results_without_any_number_are_refused_in_a_sentence(tmp_path, name):
+    registry.add_file(TOYS)
+    about = {"splits": ("self",), "metrics": ("restoration",), "task": "denoise[levels='5']"}
+    run_here(asked(tmp_path, "ik", data="toy_people[clips=2]", **about))  # which needs rotations
+    with pytest.raises(BenchError, match="no result here has a number"):
+        report(tmp_path, "-o", tmp_path / name)
