@@ -25,8 +25,8 @@ ACROSS, GAP, GUTTER = WIDTH - 2 * MARGIN, 7.0, 16.0
 """Points: of text, before a column of the table, and between columns of text."""
 TITLE, TABLE, SMALL, TEXT = 12.0, 8.0, 6.4, 6.9
 """Sizes of letters, in points."""
-LETTERS = 400
-"""More than there are in a line."""
+LETTERS, LINES = 400, 14
+"""More letters than there are in a line, and lines below the table."""
 LEADING = 1.17
 """Height of a line over the size of its letters."""
 WIDEST_NAME, WIDEST_WORD, SPREAD = 120.0, 50.0, 14.0
@@ -74,17 +74,21 @@ def drawn(page: Appendix, foot: str) -> Figure:
     from matplotlib.figure import Figure
 
     top = filled([(page.title, "bold")], TITLE, most=2) + filled([(page.lead, "")], TABLE, most=4)
-    below = [line for each in page.below for line in filled([(each, "")], SMALL, most=5)][:14]
+    below = [line for each in page.below for line in filled([(each, "")], SMALL, most=5)]
+    below[LINES:] = filled([(CUT, "")], SMALL) if below[LINES:] else []
     end = filled([(f"{foot} {MORE}", "italic")], SMALL, gap=TEXT, most=3)
     room = HEIGHT - 2 * MARGIN - _height([*top, *below, *end]) - 2 * TEXT
+    room -= 2 * SMALL * LEADING if len(page.groups) > 1 else 0.0  # to say which are left out
     grids = [_table(group) for group in page.groups]
     columns = _columns(page.items, max(room - sum(map(_height, grids)), room / 2))
     room -= max(map(_height, columns))
-    rows = [line for group in page.groups[:1] for line in _table(group, room)]
+    rows, left = [line for group in page.groups[:1] for line in _table(group, room)], []
     for group, grid in zip(page.groups[1:], grids[1:], strict=True):
         fits = _height([*rows, *grid]) <= room
-        below += [] if fits else filled([(f"Left out for want of room: {group.title}.", "")], SMALL, most=1)
         rows += grid if fits else []
+        left += [] if fits else [group.title]
+    if left:
+        below += filled([(f"Left out for want of room: {'; '.join(left)}.", "")], SMALL, most=2)
     figure = Figure(figsize=(WIDTH / 72, HEIGHT / 72))
     FigureCanvasAgg(figure)
     y = _draw(figure, [*top, Strip(TEXT), *rows, *below, Strip(TEXT)], 0.0, 0.0)

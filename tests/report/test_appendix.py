@@ -103,12 +103,13 @@ def test_columns_that_do_not_fit_are_named_and_hostile_words_are_drawn(tmp_path)
     many = Appendix(
         title=" ".join(HOSTILE),
         lead="",
-        groups=(repeated(group, 5), *table.groups),
+        groups=(repeated(group, 5), *table.groups * 5),
         below=(*HOSTILE, "x" * 900),
         items=tuple((f"h{k}", each * 40) for k, each in enumerate(HOSTILE)),
     )
     said = words(many)
     assert re.search(r"Left out for want of room: columns .*recall", said)
+    assert re.search(r"Left out for want of room: (cross|intra): \d+ cases", said)
     assert sheet.MORE in said
     assert "$ # _" in said
 
