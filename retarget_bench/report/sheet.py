@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -33,6 +34,8 @@ WIDEST_NAME, WIDEST_WORD, SPREAD = 120.0, 50.0, 14.0
 """Points: of a name on one line, of a word above a column, and how far columns are spread."""
 FONTS = ["STIXGeneral", "DejaVu Sans"]
 """That of papers, and what has the letters that it lacks."""
+TOGETHER = re.compile(r" (?=%)|(?<= -[a-z]) |(?<= --seed) |(?<= --task) ")
+"""Spaces that no line ends at: before a percent sign, and behind an option of a command."""
 BREAKS, CUT = "[,_/+=>;-", "[…]"
 """Signs after which a long name is broken, and the sign of what was cut."""
 MORE = (
@@ -146,7 +149,7 @@ def filled(
     space, end = _width("n n", size) - _width("nn", size), 0.0
     lines: list[list[tuple[str, str]]] = [[]]
     for text, style in runs:
-        some = printable(text)[: LETTERS * most or None].replace(" %", f"{words.NO_BREAK}%")
+        some = TOGETHER.sub(words.NO_BREAK, printable(text)[: LETTERS * most or None])
         for word in filter(None, some.split(" ")):
             for part in _parts(word, size, style, across):
                 wide = _width(part, size, style)
@@ -250,7 +253,7 @@ def _edges(group: Group, spread: float = SPREAD) -> list[float]:
         heads = (
             min(_width(each, SMALL, "bold"), WIDEST_WORD)
             for line, _ in _label(column)
-            for each in line.split()
+            for each in line.split(" ")
         )
         wide.append(
             GAP + max([*heads, *(_width(*part) for row in group.rows for part in _stack(row.cells[k]))])
@@ -285,15 +288,14 @@ def _head(group: Group) -> list[Strip]:
     over: list[Text] = []
     rules = []
     for split, each in groupby(enumerate(group.columns), key=lambda column: column[1].split):
-        at = [k for k, _ in each] if split else []
-        for line in (
-            filled([(split, "bold")], TABLE, edges[at[-1] + 1] - edges[at[0]] - GAP, most=1) if at else ()
-        ):
-            over += [(edges[at[0]] + GAP, *line.texts[0][1:])]
-            rules.append((edges[at[0]] + GAP, edges[at[-1] + 1], TABLE * LEADING + 1))
+        at = [k for k, _ in each]
+        start, end = edges[at[0]] + GAP, edges[at[-1] + 1]
+        for line in filled([(split, "bold")], TABLE, end - start, most=1):
+            over += [(start + text[0], *text[1:]) for text in line.texts]
+            rules.append((start, end, TABLE * LEADING + 1))
     strips += [Strip(TABLE * LEADING + 3, tuple(over), tuple(rules))] if over else []
     heads = [
-        [line for each in _label(column) for line in filled([each], SMALL, end - start - GAP)]
+        [line for each in _label(column) for line in filled([each], SMALL, end - start - GAP, most=5)]
         for column, (start, end) in zip(group.columns, pairwise(edges), strict=True)
     ]
     tall = max(map(len, heads), default=1) * SMALL * LEADING
