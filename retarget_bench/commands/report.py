@@ -17,12 +17,15 @@ class Options(OfResults, ReportOptions):
 @click.command("report")
 @takes(Options)
 def command(options: Options) -> None:
-    """Make one page of results that opens from disk: tables, charts, and the motion behind every number."""
+    """Make one page of results that opens from disk: tables, charts, and the motion behind every number.
+
+    With -o FILE.pdf, a page for a paper's appendix: table, intervals, protocol, versions, keys, and what
+    checklists of conferences ask for."""
     from retarget_bench.report import writing
     from retarget_bench.tables.model import count
 
     shown = writing.write(options, options.roots, task=options.task or None, dataset=options.only)
     in_motion = f", with {count(len(shown.scenes), 'case')} in motion" if shown.scenes else ""
-    echo(f"wrote {options.page} ({options.page.stat().st_size / 1e6:.1f} MB{in_motion})")
+    echo(f"wrote {options.page} ({options.page.stat().st_size / 1e6:.2f} MB{in_motion})")
     for note in shown.notes:
         echo(f"- {note}")

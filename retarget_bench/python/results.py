@@ -227,9 +227,10 @@ class Results:
 
     @takes(ReportOptions)
     def report(self, options: ReportOptions) -> Path:
-        """Write one page with tables, charts and motion that opens from disk, and return its path.
+        """Write one page with tables, charts and motion that opens from disk, or, where its name ends in
+        ``.pdf``, for a paper's appendix, and return its path.
 
-        Raises BenchError for a name that does not end in .html.
+        Raises BenchError for another ending, and where a ``.pdf`` is asked for motion.
         """
         writing.write(options, self._roots, only=self.places, variants=self.variants)
         return options.page

@@ -153,11 +153,14 @@ def chapters(
     bar = tqdm(groups, desc="reading results", unit="chapter", leave=False, disable=None)
     variants = variants or bool(methods)
     names = dataset_names.shown(dataset_names.headers(chosen))
-    return [
+    made = [
         chapter
         for places in bar
         for chapter in _chapters(places, names[places[0]], data, columns, variants)
     ]
+    if not made:
+        raise BenchError("no result here has a number; bench table says why cases have no answer")
+    return made
 
 
 def results(roots: Sequence[Path]) -> list[ResultPaths]:

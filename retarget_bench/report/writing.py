@@ -8,7 +8,8 @@ from retarget_bench import files
 from retarget_bench.errors import BenchError
 from retarget_bench.figures import method_order
 from retarget_bench.options import Names, OfMethods, WithData, listed, option
-from retarget_bench.report import chapters, motions, page
+from retarget_bench.report import chapters, motions, page, sheet
+from retarget_bench.report.appendix import appendix
 from retarget_bench.report.motions import PackedScenes
 from retarget_bench.results.store import ResultPaths
 
@@ -17,7 +18,12 @@ class ReportOptions(OfMethods, WithData):
     """What a report shows."""
 
     out: str | PathLike[str] = option(
-        "The page.", default="report.html", letter="o", metavar="FILE", kw_only=False
+        "The page: .html, or .pdf for a paper's appendix, without motion, a page for each task, data set "
+        "and group of bodies.",
+        default="report.html",
+        letter="o",
+        metavar="FILE",
+        kw_only=False,
     )
     clips: int | None = option(
         "How many cases can be seen in motion: the worst, median and best "
@@ -54,12 +60,20 @@ def write(
     """Write the page of the results in some folders, and return the motion in it.
 
     only: of these results. variants: the first table has variants of methods. Raises BenchError where there
-    are no results, and for a name that does not end in .html.
+    are no results, for a name that ends in neither .html nor .pdf, and where motion is asked of a .pdf.
     """
-    if options.page.suffix.lower() not in (".html", ".htm"):
-        raise BenchError(f"{options.page}: a report is a page; end its name in .html")
+    ending = options.page.suffix.lower()
+    if ending not in (".html", ".htm", ".pdf"):
+        raise BenchError(f"{options.page}: a report is a page; end its name in .html, or .pdf for a paper")
+    if ending == ".pdf" and (options.clips or options.cases or options.skins):
+        raise BenchError(
+            f"{options.page} has no motion: leave out --clips, --cases and --skins, or write .html"
+        )
     methods, columns = listed(options.methods), listed(options.columns)
     shown_chapters = chapters.chapters(roots, task, dataset, methods, options.root, columns, only, variants)
+    if ending == ".pdf":
+        sheet.write(options.page, [appendix(chapter) for chapter in shown_chapters])
+        return PackedScenes()
     chosen = motions.chosen(
         shown_chapters, options.clips, [options.cases] if isinstance(options.cases, str) else options.cases
     )

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from retarget_bench.analysis.summary import SplitSummary
+from retarget_bench.api import TASKS
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.header import MethodInfo, ResultHeader
 from retarget_bench.tables.model import Provenance
@@ -36,7 +37,7 @@ def _entry(label: str, headers: Mapping[str, ResultHeader]) -> Provenance:
         date=max(each.date for each in headers.values())[:10],
         revision=header.revision,
         versions=", ".join(f"{name} {which}" for name, which in header.versions.items()) + _there(method),
-        command=_command(header, list(headers)),
+        command=_command([_asked_as(method)], header, list(headers)),
     )
 
 
@@ -49,16 +50,38 @@ def _there(method: MethodInfo) -> str:
     return f"; answered in {environment['name']} (lock {environment['lock']}): {versions}"
 
 
-def _command(header: ResultHeader, splits: Sequence[str]) -> str:
-    """The command that makes the rows again, without the paths of the data and of another Python."""
-    method, dataset = header.method, header.dataset
-    if method.external:
+def commands(sections: Sequence[SplitSummary]) -> list[str]:
+    """The commands that make all rows again: one for the methods of the same data, splits and seeds."""
+    headers_of: dict[str, dict[str, ResultHeader]] = {}
+    for section in sections:
+        for score in section.scores:
+            headers_of.setdefault(score.label, {})[section.split] = score.header
+    alike: dict[str, tuple[list[str], ResultHeader, list[str]]] = {}
+    for headers in headers_of.values():
+        header, splits = next(iter(headers.values())), list(headers)
+        again = alike.setdefault(_command([], header, splits), ([], header, splits))
+        again[0].append(_asked_as(header.method))
+    return [_command(*each) for each in alike.values()]
+
+
+def _asked_as(method: MethodInfo) -> str:
+    """The method as it is asked for again."""
+    if not method.environment:
+        return method.label
+    return str(replace(Spec.parse(method.label), environment="PYTHON"))
+
+
+def _command(labels: Sequence[str], header: ResultHeader, splits: Sequence[str]) -> str:
+    """The command that makes rows again, without the paths of the data and of another Python.
+
+    header: of one of them.
+    """
+    dataset = header.dataset
+    if header.method.external:
         return "bench score FOLDER"
     data = Spec(dataset.name, dataset.parameters)
-    label = method.label
-    if method.environment:
-        label = str(replace(Spec.parse(label), environment="PYTHON"))
-    words = ["bench", "run", label, "-d", str(data), "-s", ",".join(splits)]
+    words = ["bench", "run", *labels, "-d", str(data), "-s", ",".join(splits)]
+    words += ["--task", header.task] if header.task not in ("", TASKS[0]) else []
     if seeds := header.seeds:
         words += ["--seed", str(seeds[0]), *(["--seeds", str(len(seeds))] if len(seeds) > 1 else [])]
     return shlex.join(words)

@@ -229,7 +229,7 @@ def test_without_the_player_no_motion_is_packed(results, tmp_path):
     ("arguments", "message"),
     [
         (["nowhere"], "no results in nowhere"),
-        (["{runs}", "-o", "r.pdf"], "end its name in .html"),
+        (["{runs}", "-o", "r.png"], "end its name in .html"),
         (["{runs}", "-m", "toy_metod[does=noise]"], "did you mean"),
         (["{runs}", "--task", "denoise"], "no such results here; there are those of retarget on"),
         (["{runs}", "-d", "mixamo"], "no results of mixamo in"),
