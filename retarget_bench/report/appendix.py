@@ -4,7 +4,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.metadata import PackageNotFoundError, metadata
 from typing import Any
 
 from retarget_bench.analysis.summary import SplitSummary
@@ -22,10 +21,11 @@ from retarget_bench.tables import builder, provenance
 from retarget_bench.tables.method_groups import speeds
 from retarget_bench.tables.model import Cell, Group, Table, count, listed
 from retarget_bench.tables.rendering import as_latex, words
-from retarget_bench.training import card_text
+from retarget_bench.training import card_text, released
 
 GOAL = "Asked for was the source's motion on the target's body."
 UNKNOWN = "unknown"
+CODE_LICENCE = "Apache-2.0"
 DIGITS = 8
 """Of keys and checksums, which have more."""
 
@@ -218,7 +218,7 @@ class _Facts:
         return (
             f"{'; '.join(versions)}; revision {', '.join(revisions)}; "
             f"metrics {', '.join(metrics) or UNKNOWN}; results of {' to '.join(made)}. Licence of the "
-            f"benchmark: {_package('License-Expression')}; address of its code: {_package('Project-URL')}."
+            f"benchmark: {CODE_LICENCE}; address of its code: {released.address()}."
         )
 
     def methods(self) -> str:
@@ -279,10 +279,3 @@ def _record(method: MethodInfo) -> Any:
         if seen and {name: tuple(each) for name, each in seen.items()} == method.trained_on:
             return getattr(built, "weights_card", None)
     return None
-
-
-def _package(fact: str) -> str:
-    with suppress(PackageNotFoundError):
-        about = metadata("retarget-bench")
-        return str(about[fact]) if fact in about else UNKNOWN
-    return UNKNOWN
