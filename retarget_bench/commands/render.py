@@ -12,7 +12,7 @@ import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import echo
-from retarget_bench.commands.options import OfResults, takes
+from retarget_bench.commands.options import FILES, OfResults, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import Names, OfMethods, WithData, listed, option
 from retarget_bench.plugins import named
@@ -69,7 +69,7 @@ class Options(OfResults, OfMethods, WithData):
 
 
 @click.command("render")
-@click.argument("names", nargs=-1, required=True, metavar="CASE|FILE...")
+@click.argument("names", nargs=-1, required=True, metavar="CASE|FILE...", shell_complete=FILES)
 @takes(Options)
 def command(names: tuple[str, ...], options: Options) -> None:
     """Write a clip, a still or a sheet of a case of stored results, or of motion files; no display needed.

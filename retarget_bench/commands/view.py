@@ -10,7 +10,7 @@ import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import echo
-from retarget_bench.commands.options import OfResults, check_task, takes
+from retarget_bench.commands.options import FILES, OfResults, check_task, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import OfMethods, WithData, listed, option
 
@@ -31,7 +31,7 @@ class Options(OfResults, OfMethods, WithData):
 
 
 @click.command("view")
-@click.argument("sources", nargs=-1, metavar="[SOURCE]...")
+@click.argument("sources", nargs=-1, metavar="[SOURCE]...", shell_complete=FILES)
 @takes(Options)
 def command(sources: tuple[str, ...], options: Options) -> None:
     """Show motion live in the browser: played, scrubbed, turned, side by side or overlaid.
