@@ -18,10 +18,14 @@ class Options(OfResults, ReportOptions):
 @takes(Options)
 def command(options: Options) -> None:
     """Make one page of results that opens from disk: tables, charts, and the motion behind every number."""
+    from retarget_bench.python.progress import stepped
     from retarget_bench.report import writing
     from retarget_bench.tables.model import count
 
-    shown = writing.write(options, options.roots, task=options.task or None, dataset=options.only)
+    with stepped("bench report") as over:
+        shown = writing.write(
+            options, options.roots, task=options.task or None, dataset=options.only, over=over
+        )
     in_motion = f", with {count(len(shown.scenes), 'case')} in motion" if shown.scenes else ""
     echo(f"wrote {options.page} ({options.page.stat().st_size / 1e6:.1f} MB{in_motion})")
     for note in shown.notes:
