@@ -27,7 +27,10 @@ COMMANDS = {
     "render": ("render", "Draw a case or motion files as a clip (.mp4, .gif, .webp), a still or a sheet."),
     "view": ("view", "Show results, a running run or motion files live in the browser."),
     "retarget": ("retarget", "Retarget motion files to other characters, and say what to look at."),
-    "doctor": ("doctor", "Show how a motion file is read, and how to correct it."),
+    "doctor": (
+        "doctor",
+        "Show how a motion file is read, and how to correct it; without one, check the installation.",
+    ),
     "list": ("plugins.list_plugins", "List methods, metrics, data sets and post-processors."),
     "info": ("plugins.info", "Show what a method, metric, value, data set or post-processor is."),
     "new": (
