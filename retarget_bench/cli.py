@@ -125,7 +125,7 @@ def _terminated(number: int, frame: object) -> NoReturn:
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit: 0 done, 1 a check failed, 2 an error, 130 interrupted, 143
     terminated."""
-    name = "retarget-bench" if Path(sys.argv[0]).stem == "retarget-bench" else "bench"
+    name = "retarget-bench" if Path("".join(sys.argv[:1])).stem == "retarget-bench" else "bench"
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     with suppress(ValueError):  # only the main thread may
         signal.signal(signal.SIGTERM, _terminated)

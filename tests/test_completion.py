@@ -56,7 +56,7 @@ def completed(folder: Path, script: str, *lines: str) -> list[list[str]]:
 
 
 def test_commands_options_choices_and_plug_ins_are_offered(tmp_path):
-    commands, options, choices, metrics, posts, folders, _ = completed(
+    commands, options, choices, metrics, posts, folders, pages, _ = completed(
         tmp_path,
         "bench",
         "",
@@ -65,6 +65,7 @@ def test_commands_options_choices_and_plug_ins_are_offered(tmp_path):
         "run ik --metrics fid",
         "run ik -d puppets nkn+foot",
         "run --out ",
+        "info su",
         "rnu --",  # no command: nothing is said in the line being typed
     )
     assert commands == list(cli.COMMANDS)
@@ -73,6 +74,7 @@ def test_commands_options_choices_and_plug_ins_are_offered(tmp_path):
     assert metrics == [each.name for each in registry.names("metrics") if each.name.startswith("fid")]
     assert posts == ["nkn+footfix", "nkn+footlock"]
     assert folders == ["by", "-o", "dirnames"]
+    assert pages == ["suite"]
 
 
 def test_the_other_name_of_the_command_is_completed_too(tmp_path):

@@ -84,6 +84,15 @@ def test_what_is_not_installed_is_named(looks, monkeypatch):
     assert "store (Parquet, above 20,000 cases), ray (--executor ray)" in " ".join(out.split())
 
 
+def test_a_package_that_lies_on_the_path_has_no_list_of_packages(looks, monkeypatch):
+    def requires(package):
+        raise metadata.PackageNotFoundError(package)
+
+    monkeypatch.setattr(metadata, "requires", requires)
+    code, out, _ = looks("packages", "extras")
+    assert (code, out.count("not known: retarget-bench is not installed, but lies on the path")) == (0, 2)
+
+
 @pytest.mark.parametrize(
     ("look", "broken", "cure"),
     [

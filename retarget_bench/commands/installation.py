@@ -29,6 +29,7 @@ EXTRAS = {
     "slurm": "--executor slurm",
 }
 """Extra -> its use."""
+UNKNOWN = "not known: retarget-bench is not installed, but lies on the path"
 ROOM = 2**30
 """Bytes that are free at least where files are written."""
 Look = tuple[str, Collection[str]]
@@ -75,11 +76,12 @@ def _packages() -> Look:
     versions = {name: _version(name) for name in _requirements().get("", ())}
     text = ", ".join(f"{name} {version or 'missing'}" for name, version in versions.items())
     missing = [f"{name} is not installed: pip install {name}" for name in versions if not versions[name]]
-    return text or "not known: retarget-bench is not installed, but lies on the path", missing
+    return text or UNKNOWN, missing
 
 
 def _extras() -> Look:
-    packages = _requirements()
+    if not (packages := _requirements()):
+        return UNKNOWN, ()
     there = [extra for extra in EXTRAS if extra in packages and all(map(_version, packages[extra]))]
     absent = [f"{extra} ({use})" for extra, use in EXTRAS.items() if extra not in there]
     cure = f"; absent: {', '.join(absent)}; pip install 'retarget-bench[NAME]'" if absent else ""
