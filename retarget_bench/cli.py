@@ -6,9 +6,11 @@ import signal
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import NoReturn
 
 import click
+from click.shell_completion import CompletionItem
 
 from retarget_bench import __version__
 from retarget_bench.commands import echo
@@ -25,7 +27,10 @@ COMMANDS = {
     "render": ("render", "Draw a case or motion files as a clip (.mp4, .gif, .webp), a still or a sheet."),
     "view": ("view", "Show results, a running run or motion files live in the browser."),
     "retarget": ("retarget", "Retarget motion files to other characters, and say what to look at."),
-    "doctor": ("doctor", "Show how a motion file is read, and how to correct it."),
+    "doctor": (
+        "doctor",
+        "Show how a motion file is read, and how to correct it; without one, check the installation.",
+    ),
     "list": ("plugins.list_plugins", "List methods, metrics, data sets and post-processors."),
     "info": ("plugins.info", "Show what a method, metric, value, data set or post-processor is."),
     "new": (
@@ -67,7 +72,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args[0] not in COMMANDS and not args[0].startswith("-"):
+        if args[0] not in COMMANDS and not args[0].startswith("-") and not ctx.resilient_parsing:
             import difflib
 
             close = difflib.get_close_matches(args[0], COMMANDS, 2, 0.5)
@@ -75,13 +80,28 @@ class LazyGroup(click.Group):
             ctx.fail(f"no command is called {args[0]!r}; {cure}")
         return super().resolve_command(ctx, args)
 
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        named = [
+            CompletionItem(name, help=line)
+            for name, (_, line) in COMMANDS.items()
+            if name.startswith(incomplete)
+        ]
+        return [*named, *click.Command.shell_complete(self, ctx, incomplete)]
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         del ctx
         with formatter.section("Commands"):
             formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
 
 
-@click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+COMPLETION = """Completion with Tab: put this into ~/.bashrc (with zsh_source, into ~/.zshrc).
+
+\b
+eval "$(_BENCH_COMPLETE=bash_source bench)"
+"""
+
+
+@click.command(cls=LazyGroup, epilog=COMPLETION, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="retarget-bench")
 @click.option("--traceback", is_flag=True, help="Show where in the code an error arose.")
 def group(traceback: bool) -> None:
@@ -105,11 +125,12 @@ def _terminated(number: int, frame: object) -> NoReturn:
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit: 0 done, 1 a check failed, 2 an error, 130 interrupted, 143
     terminated."""
+    name = "retarget-bench" if Path("".join(sys.argv[:1])).stem == "retarget-bench" else "bench"
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     with suppress(ValueError):  # only the main thread may
         signal.signal(signal.SIGTERM, _terminated)
     try:
-        status = group.main(list(arguments), prog_name="bench", standalone_mode=False)
+        status = group.main(list(arguments), prog_name=name, standalone_mode=False)
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)

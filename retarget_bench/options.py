@@ -2,8 +2,9 @@
 entry of a suite file.
 
 A class of options is an ``OptionSet`` whose fields are made by ``option``. ``commands/options.py`` makes
-the command's options from it, ``python/arguments.py`` the arguments of a function, and ``commands/run.py``
-reads files of them. All build the same object, which checks itself.
+the command's options from it, ``python/arguments.py`` the arguments of a function, and
+``commands/suite.py`` reads files of them, and makes their JSON schema. All build the same object, which
+checks itself.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import numbers
 import operator
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from functools import cache
 from types import UnionType
@@ -248,7 +249,7 @@ def _fits(value: object, kind: Any) -> bool:
     if origin in (Union, UnionType):
         return any(_fits(value, each) for each in inner)
     if origin in (Sequence, tuple):
-        if not isinstance(value, Collection) or isinstance(value, str | bytes):
+        if not isinstance(value, Collection) or isinstance(value, str | bytes | Mapping):
             return False
         return all(_fits(each, inner[0]) for each in value)
     if origin is Callable:

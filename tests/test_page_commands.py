@@ -41,7 +41,7 @@ ONLY_PARSED = {
 """Why commands are not run -> what they have in them."""
 STAND_IN = {"METHOD": "correspondence_free", "METRIC": "position", "NAME": "ik"}
 """For words that pages leave to the reader."""
-ANSWERS = {"check", "submit", "test"}
+ANSWERS = {"check", "doctor", "submit", "test"}
 """Commands whose exit status 1 is an answer."""
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from retarget_bench.commands.options import OfResults, ToFile, takes
+from retarget_bench.commands.options import OfResults, ToFile, plugin_names, takes
 from retarget_bench.options import listed, option
 from retarget_bench.tables.comparing import PairOptions
 
@@ -25,8 +25,8 @@ class Options(ToFile, OfResults, PairOptions):
 
 
 @click.command("compare")
-@click.argument("first")
-@click.argument("second")
+@click.argument("first", shell_complete=plugin_names("methods"))
+@click.argument("second", shell_complete=plugin_names("methods"))
 @takes(Options, "first", "second")
 def command(options: Options) -> None:
     """Compare two methods case by case: difference, interval, p-value and a verdict for every value.

@@ -1,14 +1,18 @@
-"""``bench doctor``: how files are read, and a reading as a file that is corrected and passed back."""
+"""``bench doctor``: how files are read, and a reading as a file that is corrected and passed back;
+without a file the installation."""
 
 from __future__ import annotations
 
 import json
+import textwrap
+from functools import partial
 from pathlib import Path
 
 import click
 
 from retarget_bench.commands import echo
 from retarget_bench.commands.motion_files import MOTION_FILE, MotionFile
+from retarget_bench.commands.options import screen_width
 from retarget_bench.errors import BenchError
 from retarget_bench.files import check_writable, digest, write_text
 from retarget_bench.motion.files.reading import Reading
@@ -20,7 +24,7 @@ _READING = "\n".join(f"{name}: {each.help}" for name, each in declared(Reading).
 
 
 @click.command("doctor", epilog=f"What can be said in brackets:\n\n\b\n{_READING}")
-@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=MOTION_FILE)
+@click.argument("files", nargs=-1, metavar="[FILE]...", type=MOTION_FILE)
 @click.option(
     "--sheet",
     metavar="FILE.png",
@@ -39,16 +43,21 @@ def command(files: tuple[MotionFile, ...], sheet: Path | None, save: Path | None
     Joints and their roles, unit, up axis, rest pose, frame rate and floor: what every other command goes
     by. What is said in brackets behind a name counts more than what is found, here and in bench retarget:
     'walk.bvh[unit=cm,up=z]'.
+
+    Without a FILE: versions, weights, threads, GPU and folders of this installation, for bug reports, and
+    what is wrong with it; exit status 1 if something is.
     """
     from retarget_bench.motion.editing import start
     from retarget_bench.motion.importer import load
 
     for option, path, ending in (("--sheet", sheet, ".png"), ("--save", save, ".toml")):
         if path is not None:
-            if len(files) > 1 or path.suffix.lower() != ending:
-                what = "is of one file" if len(files) > 1 else f"is a {ending} file"
+            if len(files) != 1 or path.suffix.lower() != ending:
+                what = "is of one file" if len(files) != 1 else f"is a {ending} file"
                 raise BenchError(f"{option} {path}: what is written {what}")
             check_writable(path)
+    if not files:
+        return _installation()
     unreadable = 0
     for number, file in enumerate(files):
         try:
@@ -68,6 +77,24 @@ def command(files: tuple[MotionFile, ...], sheet: Path | None, save: Path | None
             if save is not None:
                 echo(f"\nwrote {save}")
     return 2 if unreadable else 0
+
+
+def _installation() -> int:
+    """Print how the installation is; 1 where something is wrong with it."""
+    from retarget_bench.commands import installation
+    from retarget_bench.python.progress import stepped
+
+    with stepped("bench doctor") as over:
+        findings = installation.findings(over)
+    width = max(map(len, findings)) + 2
+    wrapped = partial(textwrap.wrap, width=screen_width(), break_long_words=False, break_on_hyphens=False)
+    for name, (fact, _) in findings.items():
+        echo("\n".join(wrapped(f"{name:<{width}}{fact}", subsequent_indent=" " * width)))
+    problems = [problem for _, wrong in findings.values() for problem in wrong]
+    echo("\nTo be mended:" if problems else "\nNothing is wrong.")
+    for problem in problems:
+        echo("\n".join(wrapped(f"- {problem}", subsequent_indent="  ")))
+    return 1 if problems else 0
 
 
 def _draw_roles(sheet: Path, imported: Imported) -> None:

@@ -65,7 +65,7 @@ def _flag(each: Option) -> Decorator:
         multiple=each.several,
         required=each.required,
         metavar=each.metavar or None,
-        shell_complete=plugin_names(*each.names) if each.names else None,
+        shell_complete=_completion(each),
         help=help,
     )
 
@@ -78,18 +78,30 @@ def _type(each: Option) -> Any:
     return next((kind for kind in (int, float) if each.is_a(kind)), str)
 
 
-def plugin_names(
-    *kinds: registry.Kind,
-) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
-    """Shell completion by names of plug-ins, none imported; post-processors after a ``+``."""
+Completion = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
+FILES: Completion = click.Path().shell_complete
+"""Shell completion by files."""
+
+
+def _completion(each: Option) -> Completion | None:
+    """Shell completion of an option, where its type has none."""
+    if each.names:
+        return plugin_names(*each.names)
+    folder = each.metavar == "DIR"
+    return click.Path(file_okay=not folder).shell_complete if folder or "FILE" in each.metavar else None
+
+
+def plugin_names(*kinds: registry.Kind) -> Completion:
+    """Shell completion by names of plug-ins, none imported; post-processors after a ``+``. Files where no
+    name fits, since a plug-in may be named by its file."""
 
     def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        del ctx, param
         before, plus, begun = incomplete.rpartition("+")
         offered: tuple[registry.Kind, ...] = ("posts",) if plus else kinds
         entries = [entry for kind in offered for entry in registry.names(kind)]
         fitting = [entry for entry in entries if entry.name.startswith(begun)]
-        return [CompletionItem(before + plus + e.name, help=e.summary) for e in fitting]
+        items = [CompletionItem(before + plus + e.name, help=e.summary) for e in fitting]
+        return items or FILES(ctx, param, incomplete)
 
     return complete
 
@@ -107,6 +119,7 @@ class OfResults(OptionSet):
         default=None,
         letter="d",
         metavar="DATASET",
+        names=("datasets",),
     )
 
     @property

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from retarget_bench.commands import echo
 from retarget_bench.commands.options import plugin_names, screen_width, takes
@@ -78,8 +79,15 @@ class InfoOptions(OptionSet):
     all: bool = option("All parameters, where there are many.", default=False)
 
 
+def _described_names(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Shell completion by plug-ins, and by the pages that ``info`` writes."""
+    pages = [CompletionItem(page) for page in ("protocols", "suite") if page.startswith(incomplete)]
+    named = ANY_PLUGIN(ctx, param, incomplete)
+    return [*pages, *(each for each in named if each.type == "plain" or not pages)]
+
+
 @click.command("info")
-@click.argument("name", required=False, metavar="[NAME]", shell_complete=plugin_names(*registry.KINDS))
+@click.argument("name", required=False, metavar="[NAME]", shell_complete=_described_names)
 @takes(InfoOptions)
 def info(name: str | None, options: InfoOptions) -> None:
     """Show what a method, metric, data set or post-processor is, its parameters, how values are defined.
@@ -89,12 +97,16 @@ def info(name: str | None, options: InfoOptions) -> None:
 
     For a learned method also the cards of its shipped weights: data, training config, time, scores. With
     NAME[weights=PATH] that of a file, or of a folder that bench train wrote. `bench info protocols` writes
-    every value of every metric as a page in Markdown.
+    every value of every metric as a page in Markdown, `bench info suite` the JSON schema of suite files.
     """
     if name == "protocols":
         from retarget_bench.analysis import protocols as page
 
         echo(page.render(), nl=False)
+    elif name == "suite":
+        from retarget_bench.commands import suite
+
+        echo(suite.schema(), nl=False)
     elif name is None:
         raise BenchError("give a NAME; bench list shows them")
     else:

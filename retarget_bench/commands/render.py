@@ -12,7 +12,7 @@ import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import echo
-from retarget_bench.commands.options import OfResults, takes
+from retarget_bench.commands.options import FILES, OfResults, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import Names, OfMethods, WithData, listed, option
 from retarget_bench.plugins import named
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from retarget_bench.results.store import ResultPaths
     from retarget_bench.viewer.renderer import DrawingStyle
     from retarget_bench.viewer.scene import Scene
+    from retarget_bench.viewer.scene_builder import Over
 
 MOMENTS = 8
 """Columns of a sheet."""
@@ -69,7 +70,7 @@ class Options(OfResults, OfMethods, WithData):
 
 
 @click.command("render")
-@click.argument("names", nargs=-1, required=True, metavar="CASE|FILE...")
+@click.argument("names", nargs=-1, required=True, metavar="CASE|FILE...", shell_complete=FILES)
 @takes(Options)
 def command(names: tuple[str, ...], options: Options) -> None:
     """Write a clip, a still or a sheet of a case of stored results, or of motion files; no display needed.
@@ -82,6 +83,7 @@ def command(names: tuple[str, ...], options: Options) -> None:
     bench render walk.bvh retargeted.bvh --overlay -o walk.gif
     bench render 'rex>fox/dog_sit' --sheet -o sit.png
     """
+    from retarget_bench.python.progress import stepped
     from retarget_bench.viewer import clips, scene_builder
     from retarget_bench.viewer.renderer import DrawingStyle
 
@@ -90,17 +92,18 @@ def command(names: tuple[str, ...], options: Options) -> None:
         raise BenchError(f"{out}: a sheet is a still; end the name in {clips.STILL}")
     if options.frame is not None and (options.sheet or kind != clips.STILL):
         raise BenchError(f"{out}: --frame is of a still; a clip or a sheet takes --start and --end")
-    scene = scene_of(names, options)
-    if options.skin:
-        scene = scene_builder.dressed(scene)
-    frames = chosen(scene, options.start, options.end, options.fps)
-    style = DrawingStyle(size or (1280, 720), options.view, options.overlay, options.skin)
-    if options.sheet:
-        written = write_sheet(out, scene, style, frames, size)
-    elif kind == clips.STILL:
-        written = _still(out, scene, style, frames, options.frame)
-    else:
-        written = write_clip(out, scene, style, frames, options.fps or min(scene.fps, FASTEST))
+    with stepped("bench render") as over:
+        scene = scene_of(names, options, over)
+        if options.skin:
+            scene = scene_builder.dressed(scene, over)
+        frames = chosen(scene, options.start, options.end, options.fps)
+        style = DrawingStyle(size or (1280, 720), options.view, options.overlay, options.skin)
+        if options.sheet:
+            written = write_sheet(out, scene, style, frames, size)
+        elif kind == clips.STILL:
+            written = _still(out, scene, style, frames, options.frame)
+        else:
+            written = write_clip(out, scene, style, frames, options.fps or min(scene.fps, FASTEST), over)
     for figure in scene.figures:
         if figure.message:
             message = figure.message if figure.status == "ok" else f"{figure.status}: {figure.message}"
@@ -152,9 +155,9 @@ def write_sheet(
     return f"{len(shown)} moments, {style.size[0]} x {style.size[1]} pixels"
 
 
-def write_clip(output: Path, scene: Scene, style: DrawingStyle, frames: Sequence[int], rate: float) -> str:
-    from tqdm import tqdm
-
+def write_clip(
+    output: Path, scene: Scene, style: DrawingStyle, frames: Sequence[int], rate: float, over: Over
+) -> str:
     from retarget_bench.viewer import clips
     from retarget_bench.viewer.drawing import Drawing
 
@@ -162,7 +165,7 @@ def write_clip(output: Path, scene: Scene, style: DrawingStyle, frames: Sequence
     picture = Drawing(scene, style, frames)
 
     def drawn() -> Iterator[Image]:
-        for frame in tqdm(frames, desc="draw", unit="frame", leave=False, disable=None):
+        for frame in over(frames):
             yield picture.at(frame)
 
     clips.write_clip(output, drawn(), rate)
@@ -173,7 +176,7 @@ def write_clip(output: Path, scene: Scene, style: DrawingStyle, frames: Sequence
 
 
 # -------------------------------------------------------------------------------------- what is shown
-def scene_of(names: Sequence[str], options: Options) -> Scene:
+def scene_of(names: Sequence[str], options: Options, over: Over = iter) -> Scene:
     """The scene of a case or of files. Raises BenchError."""
     from retarget_bench.figures import method_order
     from retarget_bench.viewer import results_library
@@ -186,7 +189,7 @@ def scene_of(names: Sequence[str], options: Options) -> Scene:
     elif len(names) != 1:
         raise BenchError("one case is shown at a time; give one, or motion files")
     elif options.ask:
-        scene = _answered(names[0], methods, options)
+        scene = _answered(names[0], methods, options, over)
     else:
         places = options.places(options.task)
         places = method_order.of_methods(places, methods) if methods else places
@@ -217,7 +220,7 @@ def _of_results(places: Sequence[ResultPaths], case: str, roots: Sequence[Path],
     return replace(scene, colours=results_library.colours(roots))
 
 
-def _answered(name: str, methods: Sequence[str], options: Options) -> Scene:
+def _answered(name: str, methods: Sequence[str], options: Options, over: Over) -> Scene:
     """A case of a data set with new answers of methods."""
     from retarget_bench.evaluation import tasks
     from retarget_bench.plugins.spec import Spec
@@ -228,4 +231,6 @@ def _answered(name: str, methods: Sequence[str], options: Options) -> Scene:
         raise BenchError("say which methods to ask: --ask -m METHOD")
     data = named.dataset(options.dataset or defaults.DATASET, options.root)
     task = tasks.canonical(Spec.parse(options.task))
-    return scene_builder.of_case_asked(data, name, list(map(method_spec, methods)), task=str(task))
+    return scene_builder.of_case_asked(
+        data, name, list(map(method_spec, methods)), task=str(task), over=over
+    )

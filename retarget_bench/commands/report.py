@@ -21,10 +21,14 @@ def command(options: Options) -> None:
 
     With -o FILE.pdf, a page for a paper's appendix: table, intervals, protocol, versions, keys, and what
     checklists of conferences ask for."""
+    from retarget_bench.python.progress import stepped
     from retarget_bench.report import writing
     from retarget_bench.tables.model import count
 
-    shown = writing.write(options, options.roots, task=options.task or None, dataset=options.only)
+    with stepped("bench report") as over:
+        shown = writing.write(
+            options, options.roots, task=options.task or None, dataset=options.only, over=over
+        )
     in_motion = f", with {count(len(shown.scenes), 'case')} in motion" if shown.scenes else ""
     echo(f"wrote {options.page} ({options.page.stat().st_size / 1e6:.2f} MB{in_motion})")
     for note in shown.notes:

@@ -1,12 +1,4 @@
-"""``bench run``: methods on a data set, scored, as a table. ``bench score``: predictions made elsewhere.
-
-A run may be written down as a suite, a TOML file with the options of ``bench run`` in the same words::
-
-    methods = ["copy_rotations[root_rule=height]", "ik"]
-    dataset = "mixamo"
-    root = "PATH/TO/mixamo"
-    splits = ["cross"]
-"""
+"""``bench run``: methods on a data set, scored, as a table. ``bench score``: predictions made elsewhere."""
 
 import json
 import shlex
@@ -19,9 +11,10 @@ import click
 from retarget_bench import defaults, files
 from retarget_bench.commands import echo
 from retarget_bench.commands.options import plugin_names, say, screen_width, takes, unbroken
+from retarget_bench.commands.suite import read_suite
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.settings import Stage
-from retarget_bench.options import declared, listed, option
+from retarget_bench.options import listed, option
 from retarget_bench.plugins import named
 from retarget_bench.python.progress import progress_bar
 from retarget_bench.python.run_options import RunOptions
@@ -37,25 +30,6 @@ class Options(RunOptions):
     stage: Stage = option(
         "Both stages, or one alone: predict writes predictions, score scores them.", default="run"
     )
-
-
-def read_suite(path: Path) -> dict[str, Any]:
-    """The options that a suite file sets. Raises FileError that lists every mistake with its place."""
-    fields = {name: each for name, each in declared(RunOptions).items() if not each.python}
-    entries, mistakes = files.read_toml(path), []
-    for name, value in entries.items():
-        try:
-            if name not in fields:
-                raise BenchError(f"{name}: there is no such option")
-            fields[name].check(value)
-        except BenchError as error:
-            mistakes.append(f"\n  {error}")
-    if mistakes:
-        raise FileError(path, f"is not a suite file (it may set {', '.join(fields)}):{''.join(mistakes)}")
-    return {
-        name: [value] if fields[name].several and isinstance(value, str) else value
-        for name, value in entries.items()
-    }
 
 
 def _used(ctx: click.Context, param: click.Parameter, path: Path | None) -> None:
@@ -74,7 +48,8 @@ def _used(ctx: click.Context, param: click.Parameter, path: Path | None) -> None
     is_eager=True,
     expose_value=False,
     callback=_used,
-    help="A TOML file with options of this command in the same words; options given here win.",
+    help="A TOML file with options of this command in the same words (bench info suite: its JSON schema); "
+    "options given here win.",
 )
 @takes(Options, "methods")
 def command(options: Options) -> None:

@@ -10,12 +10,12 @@ import click
 
 from retarget_bench import defaults
 from retarget_bench.commands import echo
-from retarget_bench.commands.options import OfResults, check_task, takes
+from retarget_bench.commands.options import FILES, OfResults, check_task, takes
 from retarget_bench.errors import BenchError
 from retarget_bench.options import OfMethods, WithData, listed, option
 
 if TYPE_CHECKING:
-    from retarget_bench.viewer.scene_builder import CaseList
+    from retarget_bench.viewer.scene_builder import CaseList, Over
 
 PORT = 8080
 
@@ -31,7 +31,7 @@ class Options(OfResults, OfMethods, WithData):
 
 
 @click.command("view")
-@click.argument("sources", nargs=-1, metavar="[SOURCE]...")
+@click.argument("sources", nargs=-1, metavar="[SOURCE]...", shell_complete=FILES)
 @takes(Options)
 def command(sources: tuple[str, ...], options: Options) -> None:
     """Show motion live in the browser: played, scrubbed, turned, side by side or overlaid.
@@ -44,10 +44,12 @@ def command(sources: tuple[str, ...], options: Options) -> None:
     bench view 'rex>fox/dog_sit' -m ik
     bench view walk.bvh retargeted.bvh
     """
+    from retarget_bench.python.progress import stepped
     from retarget_bench.viewer import live
 
     check_task(options.task)
-    case_list, case = _case_list(sources, options)
+    with stepped("bench view") as over:
+        case_list, case = _case_list(sources, options, over)
     try:
         window = live.Window(case_list, options.port, case)
     except OSError as error:
@@ -56,7 +58,8 @@ def command(sources: tuple[str, ...], options: Options) -> None:
             "any that is free"
         ) from error
     try:
-        window.check()
+        with stepped("bench view"):  # files are read
+            window.check()
         echo(f"{window.url} shows it; Ctrl-C stops")
         if not options.no_open:
             _open(window.url)
@@ -67,7 +70,7 @@ def command(sources: tuple[str, ...], options: Options) -> None:
         window.server_close()
 
 
-def _case_list(sources: Sequence[str], options: Options) -> tuple[CaseList, str | None]:
+def _case_list(sources: Sequence[str], options: Options, over: Over) -> tuple[CaseList, str | None]:
     """The requested cases, and the first to show: of results, or of files as they are, a stored prediction
     with its case. Raises BenchError where there are none."""
     from retarget_bench.viewer import results_library
@@ -85,7 +88,7 @@ def _case_list(sources: Sequence[str], options: Options) -> tuple[CaseList, str 
         raise BenchError("give folders of results, or one case, or motion files")
     roots = folders or options.roots
     case_list = CaseList(roots, options.task, options.only, listed(options.methods), root=options.root)
-    cases = case_list.refresh()
+    cases = case_list.refresh(over)
     if case_list.problem and not cases:
         raise BenchError(case_list.problem)
     if not cases and not any(folder.is_dir() for folder in roots):

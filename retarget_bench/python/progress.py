@@ -6,11 +6,17 @@ import os
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from retarget_bench.viewer.scene_builder import Over
 
 SECONDS = 60.0
 """Between two lines."""
+QUICK = 2.0
+"""Seconds of work in steps of which no line is said."""
 
 
 @contextmanager
@@ -36,6 +42,31 @@ def progress_bar(what: str, units: str, shown: bool = True) -> Iterator[Callable
                 bar.update(done - bar.n)
 
             yield progress
+
+
+@contextmanager
+def stepped(what: str, shown: bool = True) -> Iterator[Over]:
+    """The same of work in several loops, whose lengths are found on the way; gives a function that goes
+    over the items of one."""
+    done = total = 0
+    start = time.monotonic()
+    with progress_bar(what, "steps", shown) as progress:
+
+        def over(items: Collection[Any]) -> Iterator[Any]:
+            nonlocal done, total
+            total += len(items)
+            end = done + len(items)
+            try:
+                for each in items:
+                    progress(done, total)
+                    yield each
+                    done += 1
+            finally:
+                done = end  # also where the loop was left
+
+        yield over
+        if total and time.monotonic() - start > QUICK:
+            progress(total, total)
 
 
 def _has_size() -> bool:

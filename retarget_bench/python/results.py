@@ -23,6 +23,7 @@ from retarget_bench.figures import method_order
 from retarget_bench.options import listed
 from retarget_bench.python.arguments import checked, takes
 from retarget_bench.python.motions import Motion, with_rotations
+from retarget_bench.python.progress import stepped
 from retarget_bench.python.views import Comparison, ListFrame, Player, TableView
 from retarget_bench.report import writing
 from retarget_bench.report.writing import ReportOptions
@@ -232,7 +233,8 @@ class Results:
 
         Raises BenchError for another ending, and where a ``.pdf`` is asked for motion.
         """
-        writing.write(options, self._roots, only=self.places, variants=self.variants)
+        with stepped("report", options.progress) as over:
+            writing.write(options, self._roots, only=self.places, variants=self.variants, over=over)
         return options.page
 
     @property

@@ -6,7 +6,6 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from retarget_bench.analysis import ranking, statistics, summary
 from retarget_bench.analysis.breakdown import UNKNOWN, By
@@ -25,6 +24,7 @@ from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, names, requested
 from retarget_bench.tables.cells import FPS, declared_sets
 from retarget_bench.tables.model import Column, Table
+from retarget_bench.viewer.scene_builder import Over
 
 _BODIES = ("", *BODIES)
 
@@ -130,6 +130,7 @@ def chapters(
     columns: Sequence[str] = (),
     only: Collection[ResultPaths] = (),
     variants: bool = False,
+    over: Over = iter,
 ) -> list[Chapter]:
     """A chapter per task and data set, retargeting first.
 
@@ -150,12 +151,11 @@ def chapters(
         chosen = [place for place in chosen if place in by_methods]
     groups = method_order.apart(chosen)
     columns = _column_ids(groups, columns)
-    bar = tqdm(groups, desc="reading results", unit="chapter", leave=False, disable=None)
     variants = variants or bool(methods)
     names = dataset_names.shown(dataset_names.headers(chosen))
     made = [
         chapter
-        for places in bar
+        for places in over(groups)
         for chapter in _chapters(places, names[places[0]], data, columns, variants)
     ]
     if not made:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from tqdm import tqdm
 
 from retarget_bench.errors import BenchError
 from retarget_bench.report.chapters import Chapter, Split
@@ -15,6 +14,7 @@ from retarget_bench.tables.model import count
 from retarget_bench.viewer import player, scene_builder
 from retarget_bench.viewer.packing import packed
 from retarget_bench.viewer.scene import Scene
+from retarget_bench.viewer.scene_builder import Over
 from retarget_bench.viewer.skins import IN_PAGES
 
 SHARES = (1.0, 0.5, 0.0)
@@ -130,16 +130,19 @@ class PackedScenes:
 
 
 def motions(
-    chapters: Sequence[Chapter], chosen: Sequence[Chosen], room: int = MOST_ROOM, skins: bool = False
+    chapters: Sequence[Chapter],
+    chosen: Sequence[Chosen],
+    room: int = MOST_ROOM,
+    skins: bool = False,
+    over: Over = iter,
 ) -> PackedScenes:
-    """The scenes of these cases, in this order until the room is used up; a bar shows how far it is.
+    """The scenes of these cases, in this order until the room is used up.
 
     room: bytes. skins: with meshes of bodies that have one.
     """
     result = PackedScenes()
     used = 0
-    bar = tqdm(chosen, desc="packing motion", unit="case", leave=False, disable=None)
-    for number, each in enumerate(bar):
+    for number, each in enumerate(over(chosen)):
         chapter = chapters[each[0]]
         split = chapter.splits[each[1]]
         case = split.matrix.cases[each[2]].id

@@ -23,6 +23,7 @@ from retarget_bench.results.header import ResultHeader
 from retarget_bench.tables.model import count
 from retarget_bench.tables.rendering import as_html
 from retarget_bench.viewer import player
+from retarget_bench.viewer.scene_builder import Over
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -37,6 +38,7 @@ def page(
     shown: PackedScenes,
     ranked: Mapping[str, ResultHeader],
     named: Collection[str] = (),
+    over: Over = iter,
 ) -> str:
     """The whole document. ranked: of ``method_order``, for colours. named: methods that were asked for."""
     labels = {label for chapter in chapters for label in chapter.labels}
@@ -46,7 +48,7 @@ def page(
     tables = [table for chapter in chapters for table in chapter.tables]
     context = as_html.context(tables) | {
         "title": "Results of motion retargeting",
-        "chapters": [_chapter(chapter, styles, f"c{n}") for n, chapter in enumerate(chapters, 1)],
+        "chapters": [_chapter(chapter, styles, f"c{n}", over) for n, chapter in enumerate(chapters, 1)],
         "facts": _facts(chapters, shown),
         "shown": shown,
         "scenes": [Markup(text) for text in shown.scenes],
@@ -91,7 +93,7 @@ GOALS = {
 """Task -> its goal, since the page begins with that of retargeting."""
 
 
-def _chapter(chapter: Chapter, styles: dict[str, MethodStyle], name: str) -> dict[str, Any]:
+def _chapter(chapter: Chapter, styles: dict[str, MethodStyle], name: str, over: Over) -> dict[str, Any]:
     """What the template takes; name: with which ids in its charts begin."""
     answering = {score.label for split in chapter.splits for score in split.section.scores if score.means}
     listed = [label for label in styles if label in answering]
@@ -110,7 +112,7 @@ def _chapter(chapter: Chapter, styles: dict[str, MethodStyle], name: str) -> dic
         "title": chapter.title,
         "asks": GOALS.get(chapter.kind, ""),
         "tables": chapter.tables,
-        "pictures": pictures(chapter, styles, name),
+        "pictures": pictures(chapter, styles, name, over),
         "legend": legend,
         "short": [sentence for split in chapter.splits if (sentence := _short(split))],
     }

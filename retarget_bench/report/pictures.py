@@ -7,7 +7,6 @@ from functools import partial
 from typing import Any
 
 from markupsafe import Markup
-from tqdm import tqdm
 
 from retarget_bench.analysis import seen_unseen
 from retarget_bench.errors import BenchError
@@ -17,6 +16,7 @@ from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.figures.plotting import canvas, page_svg
 from retarget_bench.report.chapters import Chapter
 from retarget_bench.tables.model import Column, count
+from retarget_bench.viewer.scene_builder import Over
 
 JOINTS = "mpjpe_h.joint"
 Styles = Mapping[str, MethodStyle]
@@ -93,13 +93,12 @@ def _informative(figure: Figure) -> bool:
 
 
 # ---------------------------------------------------------------------------------------------- pictures
-def pictures(chapter: Chapter, styles: Styles, name: str) -> list[Picture]:
+def pictures(chapter: Chapter, styles: Styles, name: str, over: Over = iter) -> list[Picture]:
     """All pictures of a chapter; styles: of all methods, by rank; name: of the chapter, for ids."""
     columns = {column.id: column for split in chapter.splits for column in split.values}
     say = partial(_words, columns=columns, decimals=chapter.splits[0].decimals)
     kinds = figures(chapter, styles)
-    bar = tqdm(kinds.items(), desc="drawing charts", unit="kind", leave=False, disable=None)
-    return [_picture(kind, drawn, styles, f"{name}-{kind}", say) for kind, drawn in bar]
+    return [_picture(kind, kinds[kind], styles, f"{name}-{kind}", say) for kind in over(kinds)]
 
 
 def _words(mark: Mark, columns: Mapping[str, Column], decimals: Mapping[str, int]) -> str:

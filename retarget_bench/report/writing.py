@@ -12,6 +12,7 @@ from retarget_bench.report import chapters, motions, page, sheet
 from retarget_bench.report.appendix import appendix
 from retarget_bench.report.motions import PackedScenes
 from retarget_bench.results.store import ResultPaths
+from retarget_bench.viewer.scene_builder import Over
 
 
 class ReportOptions(OfMethods, WithData):
@@ -42,6 +43,7 @@ class ReportOptions(OfMethods, WithData):
         metavar="ID,ID",
     )
     skins: bool = option("Skinned meshes in motion, where bodies have one; larger.", default=False)
+    progress: bool = option("Show a progress bar.", default=True, python=True)
 
     @property
     def page(self) -> Path:
@@ -56,11 +58,13 @@ def write(
     dataset: str | None = None,
     only: Collection[ResultPaths] = (),
     variants: bool = False,
+    over: Over = iter,
 ) -> PackedScenes:
     """Write the page of the results in some folders, and return the motion in it.
 
-    only: of these results. variants: the first table has variants of methods. Raises BenchError where there
-    are no results, for a name that ends in neither .html nor .pdf, and where motion is asked of a .pdf.
+    only: of these results. variants: the first table has variants of methods. over: goes over what takes
+    time. Raises BenchError where there are no results, for a name that ends in neither .html nor .pdf, and
+    where motion is asked of a .pdf.
     """
     ending = options.page.suffix.lower()
     if ending not in (".html", ".htm", ".pdf"):
@@ -70,7 +74,9 @@ def write(
             f"{options.page} has no motion: leave out --clips, --cases and --skins, or write .html"
         )
     methods, columns = listed(options.methods), listed(options.columns)
-    shown_chapters = chapters.chapters(roots, task, dataset, methods, options.root, columns, only, variants)
+    shown_chapters = chapters.chapters(
+        roots, task, dataset, methods, options.root, columns, only, variants, over
+    )
     if ending == ".pdf":
         sheet.write(options.page, [appendix(chapter) for chapter in shown_chapters])
         return PackedScenes()
@@ -78,8 +84,8 @@ def write(
         shown_chapters, options.clips, [options.cases] if isinstance(options.cases, str) else options.cases
     )
     room = motions.ROOM if options.clips is None else motions.MOST_ROOM
-    shown = motions.motions(shown_chapters, chosen, room, options.skins)
+    shown = motions.motions(shown_chapters, chosen, room, options.skins, over)
     ranked = method_order.ranked(chapters.results(roots))
     named = {label for each in shown_chapters for label in each.labels} if methods else ()
-    files.write_text(options.page, page.page(shown_chapters, shown, ranked, named))
+    files.write_text(options.page, page.page(shown_chapters, shown, ranked, named, over))
     return shown

@@ -22,23 +22,16 @@ def at_hand(file: Path) -> Path:
 
     Raises FileError where it cannot be fetched.
     """
-    if file.exists() or not (digest := listed(file.parents[2] / LIST).get(file.parts[-3:])):
+    if file.exists() or not (digest := _digest(file)):
         return file
     import pooch
 
-    method, _, name = file.parts[-3:]
-    url = f"{address()}/releases/download/v{__version__}/{method}-{name}"
+    copy = _copy(file, digest)
+    url = f"{address()}/releases/download/v{__version__}/{file.parts[-3]}-{file.name}"
     pooch.get_logger().setLevel("WARNING")
     try:
-        return Path(
-            pooch.retrieve(
-                url,
-                f"sha256:{digest}",
-                f"{method}-{digest[:8]}-{name}",
-                cache_folder() / "weights",
-                downloader=pooch.HTTPDownloader(progressbar=sys.stderr.isatty()),
-            )
-        )
+        shown = pooch.HTTPDownloader(progressbar=sys.stderr.isatty())
+        return Path(pooch.retrieve(url, f"sha256:{digest}", copy.name, copy.parent, downloader=shown))
     except (OSError, ValueError) as error:  # no network, no such file, no room, or a file of another hash
         reason = str(error).partition("\n")[0]
         raise FileError(
@@ -46,6 +39,20 @@ def at_hand(file: Path) -> Path:
             f"is not part of the installed package, and could not be fetched from {url} ({reason}); "
             f"place it there yourself, or work in a checkout of {address()}",
         ) from error
+
+
+def to_fetch(file: Path) -> bool:
+    """Whether a file is absent and its first use will fetch it."""
+    return not file.exists() and bool(digest := _digest(file)) and not _copy(file, digest).exists()
+
+
+def _digest(file: Path) -> str:
+    """The SHA-256 of METHOD/weights/NAME in the list beside the methods; "" where it is not there."""
+    return listed(file.parents[2] / LIST).get(file.parts[-3:], "")
+
+
+def _copy(file: Path, digest: str) -> Path:
+    return cache_folder() / "weights" / f"{file.parts[-3]}-{digest[:8]}-{file.name}"
 
 
 def listed(path: Path) -> dict[tuple[str, ...], str]:

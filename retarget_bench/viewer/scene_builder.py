@@ -1,9 +1,10 @@
 """Scenes of stored results, of predictions made now, and of motion files."""
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -33,6 +34,8 @@ from retarget_bench.viewer import results_library
 from retarget_bench.viewer.results_library import StoredResults, listed, read_stored
 from retarget_bench.viewer.scene import Figure, Scene, distinct, figure_of
 
+Over = Callable[[Collection[Any]], Iterable[Any]]
+"""Goes over items, and may show how far it is."""
 REFERENCE = "reference"
 INPUTS = ("source", REFERENCE)
 """Labels of the figures that every case may have."""
@@ -74,7 +77,9 @@ def of_stored(
     return _scene(case, answers, [each.values(case_id) for each in having], colours or {})
 
 
-def of_case_asked(dataset: Spec, name: str, methods: Sequence[Spec], *, task: str = RETARGET) -> Scene:
+def of_case_asked(
+    dataset: Spec, name: str, methods: Sequence[Spec], *, task: str = RETARGET, over: Over = iter
+) -> Scene:
     """A case of a data set with predictions made now; nothing is stored.
 
     name: as ``results_library.matching`` takes it. task: as in ``bench run --task``.
@@ -86,14 +91,14 @@ def of_case_asked(dataset: Spec, name: str, methods: Sequence[Spec], *, task: st
     case_id = results_library.matching(list(infos), name)
     case = _loaded(data, infos[case_id])
     answers = []
-    for spec in (registry.canonical("methods", each) for each in methods):
+    for spec in over([registry.canonical("methods", each) for each in methods]):
         method = bound.method(spec).built
         seed = store.case_seed(0, str(bound.method(spec).known_as.alone), case_id)
         answers.append((str(spec), predict(method, case, context_for(method, data, case, seed))))
     return _scene(case, answers)
 
 
-def dressed(scene: Scene) -> Scene:
+def dressed(scene: Scene, over: Over = iter) -> Scene:
     """The scene with rotations for every figure whose body has a skin and that is known by positions
     alone.
 
@@ -101,7 +106,7 @@ def dressed(scene: Scene) -> Scene:
     ``message`` says how far the fitted joints are from them. Raises BenchError where a position is not
     finite.
     """
-    return replace(scene, figures=tuple(_dressed(each, scene.fps) for each in scene.figures))
+    return replace(scene, figures=tuple(_dressed(each, scene.fps) for each in over(scene.figures)))
 
 
 def _dressed(figure: Figure, fps: float) -> Figure:
@@ -307,7 +312,7 @@ class CaseList:
     _results: list[StoredResults] = field(default_factory=list)
     problem: str = ""
 
-    def refresh(self) -> list[str]:
+    def refresh(self, over: Over = iter) -> list[str]:
         """The ids of all cases now, in the order of the results; one, "", of files.
 
         ``problem`` says why results cannot be shown; "" where all can.
@@ -315,7 +320,7 @@ class CaseList:
         if self.files:
             return [""]
         self.problem = ""
-        entries = [self._read(place) for place in self._places()]
+        entries = [self._read(place) for place in over(self._places())]
         self._results = [each for each in entries if each is not None]
         return list(dict.fromkeys(case for each in self._results for case in each.cases))
 

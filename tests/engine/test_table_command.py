@@ -160,6 +160,29 @@ def test_progress_is_a_line_a_minute_where_there_is_no_terminal(monkeypatch, cap
     ]
 
 
+def stepped_work(clock, seconds):
+    """Work in two loops, of which the first is left early."""
+    with progress.stepped("bench report") as over:
+        for each in over(range(10)):
+            if each == 2:
+                break
+        for _ in over("abcde"):
+            clock[0] += seconds / 5
+
+
+def test_steps_of_several_loops_are_one_progress(monkeypatch, capsys):
+    clock = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
+    stepped_work(clock, 150.0)
+    assert capsys.readouterr().err.splitlines() == [
+        "bench report: 12 of 15 steps, about 0.2 min left",
+        "bench report: 14 of 15 steps, about 0.1 min left",
+        "bench report: 15 of 15 steps in 2.5 min",
+    ]
+    stepped_work(clock, 1.9)
+    assert capsys.readouterr().err == "", "what is quick says nothing"
+
+
 def test_progress_is_lines_on_a_terminal_without_a_size(monkeypatch):
     master, terminal_fd = pty.openpty()  # as yet without a size
     with os.fdopen(terminal_fd, "w") as terminal:

@@ -14,8 +14,9 @@ from viewing_toys.toy_moves import DOG
 
 from retarget_bench.commands.render import chosen
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.python import progress
 from retarget_bench.results.store import case_file
-from retarget_bench.viewer import clips, scene_builder
+from retarget_bench.viewer import clips, live, scene_builder
 from retarget_bench.viewer.clips import ffmpeg, write_clip
 
 SMALL = ("--size", "160x120")
@@ -134,6 +135,24 @@ def test_a_case_becomes_a_clip_and_what_failed_is_told(runs, tmp_path, bench):
     assert "4 pictures of 160 x 120 pixels, 10 per second" in out
     with Image.open(path) as clip:
         assert (clip.n_frames, clip.size) == (4, (160, 120))
+
+
+def test_what_takes_seconds_says_how_far_it_is(runs, tmp_path, bench, monkeypatch):
+    monkeypatch.setattr(progress, "QUICK", -1.0)
+    monkeypatch.setattr(live.Window, "serve_forever", lambda window: None)
+    clip, page = tmp_path / "clip.gif", tmp_path / "page.html"
+    lines = {}
+    for words in (
+        ["render", "small>tall", "-o", clip, *SMALL, "--fps", "10"],
+        ["report", "-o", page, "--clips", "1"],
+        ["view", "--no-open", "--port", "0"],
+    ):
+        status, out, err = bench(*words, "-r", runs)
+        assert (status, "steps" in out) == (0, False)
+        lines[words[0]] = [line for line in err.splitlines() if "steps" in line]
+    assert lines["render"] == ["bench render: 4 of 4 steps in 0.0 min"], "one for each picture"
+    assert re.fullmatch(r"bench report: (\d+) of \1 steps in 0\.0 min", *lines["report"])
+    assert re.fullmatch(r"bench view: (\d+) of \1 steps in 0\.0 min", *lines["view"])
 
 
 @pytest.mark.parametrize("name", [CASE, case_file(CASE), "small>tall"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 from retarget_bench import defaults
@@ -151,6 +151,8 @@ def _units(job: Job, body: Imported) -> str:
 def _preview(path: Path, source: Motion, result: Motion, verdict: Verdict | None) -> None:
     """A clip of both motions, or a sheet of moments where the name ends in .png, the worst of the verdict
     among them; with skins where there are meshes. Raises BenchError."""
+    from tqdm import tqdm
+
     from retarget_bench.viewer import clips, scene_builder
     from retarget_bench.viewer.renderer import DrawingStyle
 
@@ -161,7 +163,8 @@ def _preview(path: Path, source: Motion, result: Motion, verdict: Verdict | None
     if clips.ending(path) == clips.STILL:
         render.write_sheet(path, scene, style, _moments(frames, verdict), None)
     else:
-        render.write_clip(path, scene, style, frames, min(scene.fps, render.FASTEST))
+        bar = partial(tqdm, desc="draw", unit="frame", leave=False, disable=None)
+        render.write_clip(path, scene, style, frames, min(scene.fps, render.FASTEST), bar)
 
 
 def _moments(frames: Sequence[int], verdict: Verdict | None) -> list[int]:
