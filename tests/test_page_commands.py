@@ -166,6 +166,7 @@ def _make_plug_ins() -> None:
     for kind, name in (("method", "my_method"), ("post", "my_post"), ("metric", "my_metric")):
         assert exit_status(["new", kind, name]) == 0
     assert exit_status(["new", "dataset", "my_data"]) == 0
+    assert exit_status(["check", "-m", "my_method.py", "-r", "golden", "--accept", "first rows"]) == 0
     shutil.copy(ROOT / "docs" / "examples" / "learned_pose.py", "learned_pose.py")
 
 
