@@ -28,6 +28,7 @@ LONGEST = (
     "datasets/test_puppets_quality.py",
     "training/test_train_processes.py",
     "test_testing.py",
+    "test_tutorials.py",
     "engine/test_check_mutations.py",
     "engine/test_submission_hostile.py",
     "methods/test_humot_network.py",

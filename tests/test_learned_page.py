@@ -124,7 +124,7 @@ def test_the_examples_of_the_page_run(pair, tmp_path) -> None:
     motion, _ = pair
     names: dict[str, Any] = {"motion": motion, "character": motion.character}
     examples = blocks("python")
-    assert len(examples) == 4
+    assert len(examples) == 3
     for block in examples:
         exec(compile(block, "page", "exec"), names)
     joints = names["leg"].joints
@@ -136,9 +136,6 @@ def test_the_examples_of_the_page_run(pair, tmp_path) -> None:
     np.testing.assert_allclose(np.linalg.norm(names["steps"], axis=-1), walked)
     across = rotation.rotate(names["level"], np.array([1.0, 0.0, 0.0]))
     assert (across[:, 0] > 0).all()  # the left is on the left
-    example = names["Mine"]
-    assert example().card.needs == ()
-    assert example(statistics="target").card.needs == ("target_motions",)
 
 
 def test_the_contract_of_an_untrained_method_ends_where_nothing_is_answered() -> None:

@@ -25,7 +25,7 @@ from tests.motion.tubes import fleshed, hand_to_belly
 ROOT = Path(__file__).parents[1]
 PAGES = [
     path
-    for pattern in ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "docs/*.md")
+    for pattern in ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "docs/*.md", "docs/tutorials/*.md")
     for path in sorted(ROOT.glob(pattern))
     if path.name != "protocols.md"
 ]
@@ -46,9 +46,13 @@ ANSWERS = {"check", "doctor", "submit", "test"}
 
 
 def blocks_of(page: Path) -> list[str]:
-    """The ``bench`` commands of a page's blocks, without what stands about them behind three blanks."""
+    """The ``bench`` commands of a page's blocks, without what stands about them behind three blanks.
+
+    Those in fences of tutorials are left to ``test_tutorials.py``.
+    """
     text = page.read_text(encoding="utf-8").replace("\\\n", " ")
-    commands = re.findall(r"^(?: {4}|```sh\n| *- run: )(?:parallel )?(bench [^\n]+)", text, re.MULTILINE)
+    fence = "" if page.parent.name == "tutorials" else "|```sh\n"
+    commands = re.findall(rf"^(?: {{4}}{fence}| *- run: )(?:parallel )?(bench [^\n]+)", text, re.MULTILINE)
     return [re.split(r" {3,}", line)[0].replace("{} -j 1 ::: $(seq 0 41)", "0") for line in commands]
 
 
@@ -162,6 +166,7 @@ def _make_plug_ins() -> None:
     for kind, name in (("method", "my_method"), ("post", "my_post"), ("metric", "my_metric")):
         assert exit_status(["new", kind, name]) == 0
     assert exit_status(["new", "dataset", "my_data"]) == 0
+    assert exit_status(["check", "-m", "my_method.py", "-r", "golden", "--accept", "first rows"]) == 0
     shutil.copy(ROOT / "docs" / "examples" / "learned_pose.py", "learned_pose.py")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import ast
+import base64
 import json
 import os
 import re
@@ -17,9 +17,10 @@ import retarget_bench as rb
 from retarget_bench.motion import bvh
 from retarget_bench.plugins import registry
 from tests.in_process import without_processes
+from tools import execute_notebook
+from tools.execute_notebook import NOTEBOOK, carried_out
 
 DOCS = Path(__file__).parents[1] / "docs"
-NOTEBOOK = DOCS / "compare_methods.ipynb"
 CASE = "boris>clara/leap"
 
 
@@ -37,18 +38,6 @@ def folder(tmp_path_factory) -> Iterator[Path]:
         os.chdir(session)
         yield session
         os.chdir(before)
-
-
-def carried_out(source: str, names: dict[str, Any]) -> Any:
-    """What the last line of a cell shows, if it is an expression; ``%%writefile`` writes the file."""
-    if source.startswith("%%writefile "):
-        head, text = source.split("\n", 1)
-        Path(head.split()[1]).write_text(text, encoding="utf-8")
-        return None
-    tree = ast.parse(source)
-    last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
-    exec(compile(tree, "cell", "exec"), names)
-    return None if last is None else eval(compile(ast.Expression(last.value), "cell", "eval"), names)
 
 
 @pytest.fixture(scope="module")
@@ -118,11 +107,32 @@ def test_a_comparison_is_shown_in_lines_that_are_not_broken(shown):
     assert unescape(re.sub("<.*?>", "", page)) == str(compared)
 
 
-def test_the_notebook_is_stored_without_output():
-    assert NOTEBOOK.stat().st_size < 20_000
+def stored(cell: dict[str, Any]) -> str:
+    """The text that a code cell of the notebook shows."""
+    return "".join(line for output in cell["outputs"] for line in output["data"]["text/plain"])
+
+
+@pytest.mark.slow
+def test_the_notebook_shows_what_todays_code_does(shown):
     for cell in cells():
         if cell["cell_type"] == "code":
-            assert (cell["outputs"], cell["execution_count"]) == ([], None)
+            value = shown["".join(cell["source"])]
+            now = "" if value is None else execute_notebook.text(value)
+            assert stored(cell) == now, "write it again: python -m tools.execute_notebook"
+
+
+def test_the_notebook_is_stored_with_its_outputs():
+    first, install, *_ = cells()
+    assert "colab.research.google.com/github/OWNER/retarget-bench/blob/main/docs/" in first["source"][0]
+    assert "%pip install --quiet retarget-bench" in install["source"][-1]
+    code = [cell for cell in cells() if cell["cell_type"] == "code"]
+    assert [cell["execution_count"] for cell in code] == [*range(1, len(code) + 1)]
+    pictures = [
+        each for cell in code for output in cell["outputs"] if (each := output["data"].get("image/png"))
+    ]
+    assert len(pictures) == 2
+    assert all(base64.b64decode(each).startswith(b"\x89PNG") for each in pictures)
+    assert NOTEBOOK.stat().st_size < 400_000
 
 
 @pytest.mark.slow

@@ -17,7 +17,14 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 GENERATED = "docs/protocols.md"
 PAGES = sorted(
     path.relative_to(ROOT).as_posix()
-    for pattern in ("*.md", "docs/*.md", "results/*.md", "datasets/**/*.md", "benchmarks/*.md")
+    for pattern in (
+        "*.md",
+        "docs/*.md",
+        "docs/tutorials/*.md",
+        "results/*.md",
+        "datasets/**/*.md",
+        "benchmarks/*.md",
+    )
     for path in ROOT.glob(pattern)
 )
 
@@ -37,8 +44,8 @@ def test_its_two_commands_are_targets_of_the_makefile():
 
 def test_there_are_few_pages_of_few_words():
     written = [page for page in PAGES if page.startswith("docs/") and page != GENERATED]
-    assert len(written) <= 14
-    assert sum(len((ROOT / page).read_text(encoding="utf-8").split()) for page in written) <= 25_000
+    assert len(written) <= 20
+    assert sum(len((ROOT / page).read_text(encoding="utf-8").split()) for page in written) <= 26_500
     assert len(list((ROOT / "results").glob("*.md"))) <= 11  # ten, and the log of accepted changes
 
 

@@ -22,6 +22,7 @@ PAGES = ("*.md", "docs/**/*.md", "results/*.md", "benchmarks/*.md", "datasets/*/
 """Of the repository, as they stand there."""
 BESIDE = ("docs/**/*.png", "docs/*.ipynb", "results/*.png", "results/*.csv", "LICENSE")
 """What pages show or link to."""
+BENCH: tuple[str | Path, ...] = (sys.executable, "-m", "retarget_bench")
 LINK = re.compile(r"(\]\()([^)\s#]+)(#[^)\s]*)?(\))")
 EXAMPLE = """\
 ---
@@ -102,12 +103,11 @@ def python_reference() -> str:
 def example(folder: Path) -> None:
     """The report of the main job, and a page about it."""
     runs = WORK / "runs"
-    bench: tuple[object, ...] = (sys.executable, "-m", "retarget_bench")
-    subprocess.run([*bench, "run", "--out", runs], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([*BENCH, "run", "--out", runs], check=True, stdout=subprocess.DEVNULL)
     folder.mkdir()
     (folder / "index.md").write_text(EXAMPLE, encoding="utf-8")
     page = folder / "report.html"
-    subprocess.run([*bench, "report", "-r", runs, "-o", page], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([*BENCH, "report", "-r", runs, "-o", page], check=True, stdout=subprocess.DEVNULL)
 
 
 def main() -> None:
@@ -117,6 +117,8 @@ def main() -> None:
     staged(pages, urls["Repository"])
     (pages / "commands.md").write_text(command_reference(), encoding="utf-8")
     (pages / "api.md").write_text(python_reference(), encoding="utf-8")
+    schema = subprocess.run([*BENCH, "info", "suite"], check=True, capture_output=True).stdout
+    (pages / "suite.schema.json").write_bytes(schema)
     example(pages / "example")
     config = (ROOT / "tools" / "site.toml").read_text(encoding="utf-8")
     for name, address in urls.items():

@@ -9,7 +9,7 @@ trap 'rm -rf "$place"' EXIT
 address=$(sed -n 's/^Repository = "\(.*\)"$/\1/p' "$root/pyproject.toml")
 
 git -C "$root" archive HEAD | tar -x -C "$place"
-sed -i.old -E "s#(!\[[^]]*\]\()([A-Za-z])#\1$address/raw/main/\2#; /https?:/!s#(\]\()([A-Za-z])#\1$address/blob/main/\2#g" \
+sed -i.old -E "s#(\]\()(docs/pictures/)#\1$address/raw/main/\2#; s#(\]\()(docs|results|[A-Z])#\1$address/blob/main/\2#g" \
 	"$place/README.md"
 rm -rf "$root/dist"
 "$PYTHON" -m build --no-isolation --outdir "$root/dist" "$place"

@@ -57,7 +57,7 @@ def test_the_action_as_the_page_shows_it(tmp_path):
     (step,) = yaml.safe_load(shown)
     assert step["uses"].split("@") == ["OWNER/retarget-bench", "v" + __version__.rpartition(".")[0]]
     (accept,) = re.findall(
-        r"^ {4}(bench check .*--accept.*)$", page.partition("own repository")[2], re.MULTILINE
+        r"^ {4}(bench check .*--accept \"[^\"]*\")", page.partition("own repository")[2], re.MULTILINE
     )
     action = yaml.safe_load((ROOT / "action.yml").read_text())
     inputs = {name: each.get("default") for name, each in action["inputs"].items()} | step["with"]
