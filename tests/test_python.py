@@ -17,6 +17,7 @@ from retarget_bench.cli import main
 from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.files.reading import Reading
 from retarget_bench.plugins import registry
+from retarget_bench.python.views import ListFrame
 from tests.bench_command import method_file
 from tests.engine import stored
 from tests.in_process import without_processes
@@ -94,6 +95,11 @@ def test_tables_hold_means_over_clips_of_the_rows(results):
         assert (line.cases, line.clips) == (len(selected), selected["clip"].nunique())
         assert line.ranked == (line.method != "toy_method[does=picky]")
     assert str(results.table()) == str(rb.load_results(results.places[0].root).table())
+
+
+def test_lists_show_texts_beside_missing_ones():
+    shown = str(ListFrame({"a": ["long text", float("nan")], "b": ["x", "y"]})).splitlines()
+    assert [line.split(maxsplit=1)[1] for line in shown[1:]] == ["long text x", "NaN       y"]
 
 
 def test_the_best_are_named_only_where_clips_can_tell(results):

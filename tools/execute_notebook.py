@@ -19,7 +19,7 @@ from typing import Any
 
 import pandas as pd
 
-from retarget_bench.python.views import ListFrame, Player
+from retarget_bench.python.views import Player
 from retarget_bench.viewer import drawing
 from retarget_bench.viewer.renderer import DrawingStyle
 
@@ -45,9 +45,7 @@ def carried_out(source: str, names: dict[str, Any]) -> Any:
 
 def text(value: Any) -> str:
     """A value as the stored notebook shows it, however wide."""
-    if isinstance(value, ListFrame):
-        return repr(value.fillna("NaN"))
-    return value.to_string() if isinstance(value, pd.DataFrame) else repr(value)
+    return value.to_string() if type(value) is pd.DataFrame else repr(value)
 
 
 def outputs(value: Any, number: int) -> list[dict[str, Any]]:

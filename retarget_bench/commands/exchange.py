@@ -46,6 +46,8 @@ def export(dataset: str, folder: Path, options: ExportOptions) -> None:
     spec = registry.canonical("datasets", named.parse(dataset))
     if options.questions:
         _questions(spec, folder, listed(options.splits))
+    elif options.splits:
+        raise BenchError("--splits: a whole data set is written; only --questions may be of some splits")
     else:
         _complete(spec, folder, options.format)
 

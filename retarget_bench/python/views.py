@@ -36,7 +36,7 @@ class ListFrame(pd.DataFrame):
 
     def __repr__(self) -> str:
         texts = self.select_dtypes(["object", "str"])
-        widths = {str(name): texts[name].astype(str).str.len().max() for name in texts}
+        widths = {str(name): max(map(len, texts[name].map(str)), default=0) for name in texts}
         left: dict[str, Callable[..., str]] = {
             each: f"{{:<{width}}}".format for each, width in widths.items()
         }

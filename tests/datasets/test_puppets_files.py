@@ -212,3 +212,10 @@ def test_an_export_touches_no_other_folder(tmp_path: Path) -> None:
         exported(tmp_path / "one")
     with pytest.raises(BenchError, match="is a file"):
         exported(tmp_path / "mine" / "letter.txt")
+
+
+def test_a_whole_data_set_has_no_splits(tmp_path, bench):
+    code, _, err = bench("export", "puppets", tmp_path / "out", "-s", "cross")
+    assert code == 2
+    assert "only --questions may be of some splits" in err
+    assert not (tmp_path / "out").exists()
