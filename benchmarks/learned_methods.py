@@ -234,7 +234,8 @@ def cell(cells: Cells, method: str, column: Column) -> str:
         return text
     aim = limit if isinstance(limit, float) else cells[limit, column].value
     more = column[2] == RECALL
-    reached = row.value >= aim if more else row.value <= aim
+    mean = round(row.value, 2)  # as it stands there
+    reached = mean >= round(aim, 2) if more else mean <= round(aim, 2)
     return f"{text}<br>{'≥' if more else '≤'} {aim:.2f}: {'yes' if reached else 'no'}"
 
 
