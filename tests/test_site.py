@@ -67,3 +67,11 @@ def test_cards_for_hubs_have_metadata_and_a_command_that_is_one(method, name):
     assert all(number["value"] > 0 for each in index["results"] for number in each["metrics"])
     (spec,) = re.findall(r"bench info '(.*)'", text)
     registry.canonical("methods", spec)
+
+
+def test_the_python_reference_has_the_keywords_that_calls_take():
+    text = build_docs.python_reference()
+    run = text.partition("## rb.run\n")[2].partition("\n## ")[0]
+    assert "    splits: str | Sequence[str] = (),\n" in run
+    assert "- `splits`: Splits" in run
+    assert "### Results.compare\n" in text

@@ -8,6 +8,7 @@ the repository. Results of the main job are kept in ``build/docs/runs`` and comp
 
 from __future__ import annotations
 
+import inspect
 import posixpath
 import re
 import shutil
@@ -15,6 +16,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).parents[1]
 WORK = ROOT / "build" / "docs"
@@ -45,8 +47,10 @@ def staged(pages: Path, repository: str) -> None:
         place = pages / page_name(name)
         place.parent.mkdir(parents=True, exist_ok=True)
         if name.endswith(".md"):
-            text = (ROOT / name).read_text(encoding="utf-8")
-            place.write_text(relinked(text, name, names, repository), encoding="utf-8")
+            text = relinked((ROOT / name).read_text(encoding="utf-8"), name, names, repository)
+            text = re.sub(r"(?m)^```(\w+) \w+$", r"```\1", text)  # a word for tests
+            wide = "---\nhide: [toc]\n---\n" if name.startswith("results/") else ""
+            place.write_text(wide + text, encoding="utf-8")
         else:
             shutil.copy(ROOT / name, place)
 
@@ -91,13 +95,46 @@ def command_reference() -> str:
 
 
 def python_reference() -> str:
-    """Directives for what ``import retarget_bench`` offers."""
-    import retarget_bench
+    """What ``import retarget_bench`` offers, as it is at run time: options are keywords there, each with
+    its help, which no reader of the source alone can know."""
+    import retarget_bench as rb
 
     lines = ["# Python", "", "What `import retarget_bench as rb` offers. [A tour](docs/python.md).", ""]
-    for name in sorted(set(retarget_bench.__all__) - {"__version__"}, key=str.lower):
-        lines += [f"::: retarget_bench.{name}", ""]
+    for name in sorted(set(rb.__all__) - {"__version__"}, key=str.lower):
+        offered = getattr(rb, name)
+        lines += documented(f"rb.{name}", offered, "##")
+        for part, member in vars(offered).items() if isinstance(offered, type) else ():
+            if not part.startswith("_") and (callable(member) or isinstance(member, property)):
+                lines += documented(f"{name}.{part}", member, "###")
     return "\n".join(lines)
+
+
+def documented(name: str, offered: Any, heading: str) -> list[str]:
+    """Heading, signature and docstring of a function, class or property."""
+    text = (inspect.getdoc(offered) or "").replace("``", "`")
+    text, _, options = text.partition("\nOptions\n-------\n")
+    lines = [f"{heading} {name}", ""]
+    if inspect.isroutine(offered):
+        lines += ["```python", signature(name, inspect.signature(offered)), "```", ""]
+    return [*lines, text, *re.sub(r"(?m)^(\w+): ", r"- `\1`: ", options).splitlines(), ""]
+
+
+def signature(name: str, of: inspect.Signature) -> str:
+    """A call on one line, or a line for each parameter; without ``self``, and types without modules."""
+    parameters = [str(each) for each in of.parameters.values() if each.name != "self"]
+    after = (
+        "" if of.return_annotation is of.empty else f" -> {inspect.formatannotation(of.return_annotation)}"
+    )
+    keywords = [k for k, each in enumerate(of.parameters.values()) if each.kind is each.KEYWORD_ONLY]
+    if keywords:
+        parameters.insert(keywords[0] - ("self" in of.parameters), "*")
+    line = f"{name}({', '.join(parameters)}){after}"
+    if len(line) > 80:
+        line = f"{name}(\n    " + ",\n    ".join(parameters) + f",\n){after}"
+    line = re.sub(
+        r"(?<=: )'(\w+)'|(?<=> )'(\w+)'", r"\1\2", line
+    )  # types that are imported for checks alone
+    return re.sub(r"\b(?:[a-z_]+\.)+(?=[A-Z])", "", line).replace("<factory>", "...")
 
 
 def example(folder: Path) -> None:

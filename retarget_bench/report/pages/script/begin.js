@@ -105,7 +105,7 @@ function beginControls() {
   });
 }
 
-for (const table of document.querySelectorAll("main table.results")) linkTable(table);
+for (const table of document.querySelectorAll("table.results")) linkTable(table);
 for (const table of document.querySelectorAll("main table.problems")) linkProblems(table);
 beginMarks();
 beginLegends();

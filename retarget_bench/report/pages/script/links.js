@@ -59,23 +59,22 @@ function link(cell, words, wish) {
 
 const titleOf = (head) => head.querySelector(".label").innerText.replace(/\s*⇅/, "").trim();
 
-/* Numbers of tables become buttons. */
+/* Numbers of tables become buttons. A table of several splits says in its heads which. */
 function linkTable(table) {
   const chapter = chapterOf(table);
-  const known = splitOf(chapter, table.dataset.split);
-  if (!known) return;
-  const heads = [...table.tHead.rows[0].cells];
+  const heads = [...table.tHead.rows[0].cells].map((head) => [
+    head, splitOf(chapter, head.dataset.split || table.dataset.split)]);
   for (const row of table.querySelectorAll("tbody tr[data-row]")) {
     for (const cell of row.querySelectorAll("td[data-sort]")) {
-      const head = heads[cell.cellIndex];
-      const wish = wishOf(table.dataset, head, row.dataset.row, known);
-      const numbers = wish && (known.numbers[wish.value] || known.numbers[known.values[0].id]);
+      const [head, known] = heads[cell.cellIndex];
+      const wish = known && wishOf(table.dataset, head, row.dataset.row, known);
       if (wish) link(cell, `${row.dataset.row}, ${titleOf(head)}`, { chapter, split: known.name, ...wish });
     }
   }
   if (!table.tFoot) return;
   for (const cell of table.tFoot.querySelectorAll("td")) {
-    const value = known.values.find((each) => each.id === heads[cell.cellIndex].dataset.column);
+    const [head, known] = heads[cell.cellIndex];
+    const value = known && known.values.find((each) => each.id === head.dataset.column);
     if (!value || !cell.textContent.trim()) continue;
     const only = (k) => !value.alone.includes(k);
     link(cell, `common cases, ${value.label}`, { chapter, split: known.name, method: known.methods[value.among[0]], value: value.id, only });
