@@ -65,7 +65,12 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         path, _, name = COMMANDS[cmd_name][0].partition(".")
-        module = importlib.import_module(f"retarget_bench.commands.{path}")
+        try:
+            module = importlib.import_module(f"retarget_bench.commands.{path}")
+        except ImportError as error:
+            raise BenchError(
+                f"bench {cmd_name} cannot start: {error}; install retarget-bench again"
+            ) from error
         command: click.Command = getattr(module, name or "command")
         return command
 

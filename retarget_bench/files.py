@@ -264,7 +264,9 @@ def cache_folder() -> Path:
     """The folder of parsed motions and generated data between runs: ``RETARGET_BENCH_CACHE``, else
     ``retarget-bench`` in the user's cache folder."""
     if folder := os.environ.get("RETARGET_BENCH_CACHE"):
-        return Path(folder)
+        # in full, since processes that are started from here on work in other folders
+        os.environ["RETARGET_BENCH_CACHE"] = str(Path(folder).absolute())
+        return Path(os.environ["RETARGET_BENCH_CACHE"])
     from platformdirs import user_cache_path  # not needed by methods in other environments
 
     return user_cache_path("retarget-bench", appauthor=False)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import re
 import shutil
+import sys
 import tomllib
 import warnings
 from importlib import metadata
@@ -16,6 +16,7 @@ import torch
 from retarget_bench import __version__
 from retarget_bench.commands import installation
 from retarget_bench.plugins import registry
+from retarget_bench.training import released
 
 ROOT = Path(__file__).parents[1]
 
@@ -66,7 +67,9 @@ def test_extras_and_packages_are_those_of_the_project():
     needed = installation._requirements()
     for extra in ("", *installation.EXTRAS):
         stated = extras[extra] if extra else project["dependencies"]
-        assert needed[extra] == [re.split("[><=]", each)[0] for each in stated]
+        assert [each.replace(" ", "") for each in needed[extra]] == [
+            each.replace(" ", "") for each in stated
+        ]
 
 
 def test_what_is_not_installed_is_named(looks, monkeypatch):
@@ -82,6 +85,37 @@ def test_what_is_not_installed_is_named(looks, monkeypatch):
     assert code == 1
     assert "- scipy is not installed: pip install scipy" in out
     assert "store (Parquet, above 20,000 cases), ray (--executor ray)" in " ".join(out.split())
+
+
+@pytest.mark.parametrize(
+    ("requirement", "problem"),
+    [
+        ("numpy>=999", "is not numpy>=999: pip install 'numpy>=999'"),
+        ("pillow>=1", ""),
+        ("roma>=1", "): pip install --force-reinstall roma"),
+    ],
+)
+def test_a_package_that_is_too_old_or_broken_is_a_problem(monkeypatch, tmp_path, requirement, problem):
+    (tmp_path / "roma.py").write_text("raise ImportError('odd')")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "roma", raising=False)
+    found = installation._lacking(requirement)
+    assert found.endswith(problem)
+    assert bool(found) == bool(problem)
+
+
+def test_fetched_weights_are_told_from_those_to_fetch_and_damaged_ones(monkeypatch, tmp_path):
+    there, place = Path.exists, ROOT / "methods" / "same" / "weights" / "puppets.safetensors"
+    monkeypatch.setattr(Path, "exists", lambda path: path != place and there(path))
+    text, problems = installation._weights()
+    assert "; 1 more are fetched at their first use" in text
+    assert not problems
+    copy = released.kept(place)
+    assert copy is not None
+    copy.parent.mkdir(parents=True)
+    copy.write_bytes(b"half")
+    text, problems = installation._weights()
+    assert problems == [f"{copy} is damaged: remove it, and its next use fetches it again"]
 
 
 def test_a_package_that_lies_on_the_path_has_no_list_of_packages(looks, monkeypatch):
@@ -147,7 +181,7 @@ def test_plug_ins_that_do_not_work_are_a_problem(looks, monkeypatch):
     monkeypatch.setattr(registry, "working", lambda kind: ({}, ["method odd could not be imported"]))
     code, out, _ = looks("plug-ins")
     assert code == 1
-    assert "- method odd could not be imported; mend or uninstall it" in out
+    assert "- method odd could not be imported; mend or uninstall it, or what it needs" in out
 
 
 def test_a_look_that_breaks_is_a_problem_and_the_others_are_there(looks):

@@ -45,7 +45,7 @@ def test_its_two_commands_are_targets_of_the_makefile():
 def test_there_are_few_pages_of_few_words():
     written = [page for page in PAGES if page.startswith("docs/") and page != GENERATED]
     assert len(written) <= 20
-    assert sum(len((ROOT / page).read_text(encoding="utf-8").split()) for page in written) <= 26_500
+    assert sum(len((ROOT / page).read_text(encoding="utf-8").split()) for page in written) <= 27_000
     assert len(list((ROOT / "results").glob("*.md"))) <= 11  # ten, and the log of accepted changes
 
 
@@ -53,7 +53,16 @@ def test_addresses_are_those_of_the_project():
     """Of the repository and its site, wherever they stand: [project.urls] is where they are decided."""
     urls = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["urls"]
     owner = urls["Repository"].split("/")[-2]
-    patterns = ("*.md", "*.yml", "*.cff", "docs/**/*.md", "docs/*.ipynb", ".github/**/*.yml", "tools/*")
+    patterns = (
+        "*.md",
+        "*.yml",
+        "*.cff",
+        "*.toml",
+        "docs/**/*.md",
+        "docs/*.ipynb",
+        ".github/**/*.yml",
+        "tools/*",
+    )
     written = {
         found
         for pattern in patterns

@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from retarget_bench.plugins import registry
+from retarget_bench.training import released
 from tools import build_docs, release_assets
 
 ROOT = Path(__file__).parents[1]
@@ -57,16 +58,29 @@ def test_the_reference_has_every_command_with_its_options():
     assert re.search(r"^ +--overwrite ", text, re.MULTILINE)
 
 
-@pytest.mark.parametrize(("method", "name"), [("paired", "puppets"), ("pan", "puppets_three")])
-def test_cards_for_hubs_have_metadata_and_a_command_that_is_one(method, name):
-    _, head, text = release_assets.hub_card(method, name).split("---\n", 2)
-    facts = yaml.safe_load(head)
-    assert facts["license"] == "apache-2.0"
-    (index,) = facts["model-index"]
-    assert {each["task"]["name"].split()[-1] for each in index["results"]} == {"self", "intra", "cross"}
-    assert all(number["value"] > 0 for each in index["results"] for number in each["metrics"])
-    (spec,) = re.findall(r"bench info '(.*)'", text)
-    registry.canonical("methods", spec)
+def test_every_file_of_weights_gets_a_card_and_the_name_that_is_fetched(tmp_path, monkeypatch):
+    release_assets.write(tmp_path)
+    cards = sorted((ROOT / "methods").glob("*/weights/*.json"))
+    assert len(cards) > 10
+    for path in cards:
+        method, name = path.parts[-3], path.stem
+        _, head, text = (tmp_path / "hub" / f"{method}-{name}" / "README.md").read_text().split("---\n", 2)
+        facts = yaml.safe_load(head)
+        assert (facts["license"], facts["library_name"]) == ("apache-2.0", "retarget-bench")
+        (index,) = facts["model-index"]
+        assert all(number["value"] > 0 for each in index["results"] for number in each["metrics"])
+        for spec in re.findall(r"bench (?:info|run) '(.*?)'", text):
+            registry.canonical("methods", spec)
+    asked = []
+    monkeypatch.setattr("pooch.retrieve", lambda url, *_, **__: asked.append(url) or 1 / 0)
+    for parts in released.listed(ROOT / "methods" / released.LIST):
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "exists", lambda path: False)
+            with pytest.raises(ZeroDivisionError):
+                released.at_hand(ROOT.joinpath("methods", *parts))
+    assert {url.rpartition("/")[2] for url in asked} < {
+        path.name for path in tmp_path.glob("*.safetensors")
+    }
 
 
 def test_the_python_reference_has_the_keywords_that_calls_take():

@@ -7,10 +7,12 @@ stands for lines left out or, within a line, for a part of it. A block with a ti
 from __future__ import annotations
 
 import io
+import os
 import re
 import shlex
 import shutil
 import subprocess
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -78,6 +80,7 @@ class Shell:
             else:
                 done = subprocess.run(
                     ["sh", "-c", f"(exit {self.status})\n{part}"],
+                    env=os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"},
                     capture_output=True,
                     text=True,
                     check=False,

@@ -65,8 +65,8 @@ def hub_card(method: str, name: str) -> str:
         *([f"bench run '{spec}'{task}"] if "motion" in about.accepts else []),
         "```",
         "",
-        f"For [the benchmark]({address()}), which compares it with other methods; `bench info` says where "
-        "it is worse than untrained ones. It carries motion from one character to another and makes none.",
+        f"For [the benchmark]({address()}), which compares it with other methods. `bench info` says what "
+        "it takes, and where shipped results show it worse than untrained methods.",
         "",
         "## Training",
         "",
@@ -81,7 +81,6 @@ def metadata(method: str, name: str, record: Record) -> dict[str, Any]:
         "license": "apache-2.0",
         "library_name": "retarget-bench",
         "tags": ["motion-retargeting", "character-animation", method],
-        "datasets": sorted({each.partition("[")[0] for each in record.data.spec.split("+")}),
         "metrics": ["mpjpe"],
         "model-index": [
             {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import platform
 import re
@@ -29,7 +30,11 @@ EXTRAS = {
     "slurm": "--executor slurm",
 }
 """Extra -> its use."""
+MODULES = {"pillow": "PIL"}
+"""Package -> its module, where that has another name."""
 UNKNOWN = "not known: retarget-bench is not installed, but lies on the path"
+PLUG_INS = 4
+"""Most of those that do not work that are named: one package may break all."""
 ROOM = 2**30
 """Bytes that are free at least where files are written."""
 Look = tuple[str, Collection[str]]
@@ -63,26 +68,48 @@ def _version(package: str) -> str:
 
 
 def _requirements() -> dict[str, list[str]]:
-    """Extra ("": of none) -> its packages; {} where this package is not installed but lies on the path."""
+    """Extra ("": of none) -> its requirements; {} where this package is not installed but lies on the
+    path."""
     packages: dict[str, list[str]] = {}
     with suppress(metadata.PackageNotFoundError):
         for text in metadata.requires("retarget-bench") or ():
             extra = re.search(r"extra == ['\"](\w+)", text)
-            packages.setdefault(extra[1] if extra else "", []).append(re.split(r"[^\w.-]", text)[0])
+            packages.setdefault(extra[1] if extra else "", []).append(text.partition(";")[0].strip())
     return packages
 
 
+def _name(requirement: str) -> str:
+    return re.split(r"[^\w.-]", requirement)[0]
+
+
 def _packages() -> Look:
-    versions = {name: _version(name) for name in _requirements().get("", ())}
-    text = ", ".join(f"{name} {version or 'missing'}" for name, version in versions.items())
-    missing = [f"{name} is not installed: pip install {name}" for name in versions if not versions[name]]
-    return text or UNKNOWN, missing
+    needed = _requirements().get("", ())
+    text = ", ".join(f"{_name(each)} {_version(_name(each)) or 'missing'}" for each in needed)
+    return text or UNKNOWN, [problem for each in needed if (problem := _lacking(each))]
+
+
+def _lacking(requirement: str) -> str:
+    """What is wrong with a package that is needed, and its cure; "" if nothing is."""
+    name, version = _name(requirement), _version(_name(requirement))
+    if not version:
+        return f"{name} is not installed: pip install {name}"
+    from packaging.requirements import Requirement
+
+    if not Requirement(requirement).specifier.contains(version, prereleases=True):
+        return f"{name} {version} is not {requirement}: pip install '{requirement}'"
+    try:
+        importlib.import_module(MODULES.get(name, name))
+    except Exception as error:
+        return f"{name} cannot be imported ({one_line(error)}): pip install --force-reinstall {name}"
+    return ""
 
 
 def _extras() -> Look:
     if not (packages := _requirements()):
         return UNKNOWN, ()
-    there = [extra for extra in EXTRAS if extra in packages and all(map(_version, packages[extra]))]
+    there = [
+        extra for extra in EXTRAS if extra in packages and all(map(_version, map(_name, packages[extra])))
+    ]
     absent = [f"{extra} ({use})" for extra, use in EXTRAS.items() if extra not in there]
     cure = f"; absent: {', '.join(absent)}; pip install 'retarget-bench[NAME]'" if absent else ""
     return f"{', '.join(there) or 'none'}{cure}", ()
@@ -93,7 +120,9 @@ def _plug_ins() -> Look:
 
     broken = {kind: registry.working(kind)[1] for kind in registry.KINDS}
     text = ", ".join(f"{len(registry.names(kind)) - len(broken[kind])} {kind}" for kind in broken)
-    return text, [f"{each}; mend or uninstall it" for kind in broken for each in broken[kind]]
+    problems = [each for kind in broken for each in broken[kind]]
+    cures = [f"{each}; mend or uninstall it, or what it needs" for each in problems[:PLUG_INS]]
+    return text, [*cures, *([f"and {len(problems) - PLUG_INS} more"] if problems[PLUG_INS:] else [])]
 
 
 def _weights() -> Look:
@@ -104,20 +133,23 @@ def _weights() -> Look:
 
     methods = [type(each) for each in registry.working("methods")[0].values()]
     cards = [card for each in methods if hasattr(each, "shipped") for card in each.shipped().values()]
-    here = [card for card in cards if not released.to_fetch(arrays_of(card))]
-    problems = []
-    for card in here:
+    problems, here, later = [], 0, 0
+    for card in cards:
+        file = arrays_of(card)
+        copy = None if file.exists() else released.kept(file)
+        if copy is not None and not copy.exists():
+            later += 1
+            continue
+        here += 1
+        if copy is not None and not released.intact(file):
+            problems.append(f"{copy} is damaged: remove it, and its next use fetches it again")
+            continue
         try:
             weights.read(card)
         except BenchError as error:
             problems.append(f"{error}; they are shipped: install the package again")
-    later = (
-        f"; {len(cards) - len(here)} more are fetched at their first use" if len(here) < len(cards) else ""
-    )
-    return (
-        f"{len(here) - len(problems)} of {len(here)} shipped ones are as their cards say{later}",
-        problems,
-    )
+    text = f"{here - len(problems)} of {here} shipped ones are as their cards say"
+    return text + (f"; {later} more are fetched at their first use" if later else ""), problems
 
 
 # ---------------------------------------------------------------------------------------------- the machine

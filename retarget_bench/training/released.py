@@ -6,6 +6,7 @@ A wheel has the cards of all weights and the tensors of those that a plain ``ben
 
 from __future__ import annotations
 
+import importlib
 import sys
 from importlib import metadata
 from pathlib import Path
@@ -22,37 +23,60 @@ def at_hand(file: Path) -> Path:
 
     Raises FileError where it cannot be fetched.
     """
-    if file.exists() or not (digest := _digest(file)):
+    if file.exists() or (copy := kept(file)) is None:
         return file
     import pooch
 
-    copy = _copy(file, digest)
-    url = f"{address()}/releases/download/v{__version__}/{file.parts[-3]}-{file.name}"
+    method, _, name = released(file)
+    url = f"{address()}/releases/download/v{__version__}/{method}-{name}"
     pooch.get_logger().setLevel("WARNING")
     try:
         shown = pooch.HTTPDownloader(progressbar=sys.stderr.isatty())
-        return Path(pooch.retrieve(url, f"sha256:{digest}", copy.name, copy.parent, downloader=shown))
+        pooch.retrieve(url, f"sha256:{_digest(file)}", copy.name, copy.parent, downloader=shown)
+        if copy.stat().st_mode & 0o777 == 0o600:  # fetched just now, and for whoever shares the folder
+            copy.chmod(0o644)
     except (OSError, ValueError) as error:  # no network, no such file, no room, or a file of another hash
         reason = str(error).partition("\n")[0]
         raise FileError(
             file,
-            f"is not part of the installed package, and could not be fetched from {url} ({reason}); "
-            f"place it there yourself, or work in a checkout of {address()}",
+            f"is not part of the installed package, and could not be fetched from {url} as {copy} "
+            f"({reason}); place it there yourself, or set RETARGET_BENCH_CACHE to a folder that can be "
+            f"written, or work in a checkout of {address()}",
         ) from error
+    return copy
 
 
-def to_fetch(file: Path) -> bool:
-    """Whether a file is absent and its first use will fetch it."""
-    return not file.exists() and bool(digest := _digest(file)) and not _copy(file, digest).exists()
+def kept(file: Path) -> Path | None:
+    """Where the copy of a file of tensors is, or will be; None for one that a wheel has, or of others."""
+    if not (digest := _digest(file)):
+        return None
+    method, _, name = released(file)
+    return cache_folder() / "weights" / f"{method}-{digest[:8]}-{name}"
+
+
+def intact(file: Path) -> bool:
+    """Whether the copy of a file is what the release has."""
+    import pooch
+
+    copy = kept(file)
+    return copy is not None and pooch.file_hash(str(copy)) == _digest(file)
 
 
 def _digest(file: Path) -> str:
-    """The SHA-256 of METHOD/weights/NAME in the list beside the methods; "" where it is not there."""
-    return listed(file.parents[2] / LIST).get(file.parts[-3:], "")
+    """The SHA-256 of a file of the methods in their list; "" where it is not there."""
+    parts = released(file)
+    return listed(methods_folder() / LIST).get(parts, "") if parts else ""
 
 
-def _copy(file: Path, digest: str) -> Path:
-    return cache_folder() / "weights" / f"{file.parts[-3]}-{digest[:8]}-{file.name}"
+def released(file: Path) -> tuple[str, ...]:
+    """``(METHOD, "weights", NAME)`` of a file of the methods of this package; () of others."""
+    folder = methods_folder()
+    return file.absolute().relative_to(folder).parts if file.absolute().is_relative_to(folder) else ()
+
+
+def methods_folder() -> Path:
+    """The folder of the methods of this package."""
+    return Path(next(iter(importlib.import_module("retarget_bench.methods").__path__))).absolute()
 
 
 def listed(path: Path) -> dict[tuple[str, ...], str]:
@@ -64,10 +88,10 @@ def listed(path: Path) -> dict[tuple[str, ...], str]:
 
 
 def address() -> str:
-    """The address of the repository, from ``[project.urls]``; without it where the package is in use
-    uninstalled."""
+    """The address of the repository, from ``[project.urls]``; or how it becomes known, where the package
+    is in use uninstalled, or installed as it was before."""
     try:
         urls = metadata.metadata("retarget-bench").get_all("Project-URL", [])
     except metadata.PackageNotFoundError:
-        return "(unknown: install retarget-bench by pip)"
-    return dict(each.split(", ", 1) for each in urls)["Repository"]
+        urls = []
+    return dict(each.split(", ", 1) for each in urls).get("Repository", "(unknown: install it again)")

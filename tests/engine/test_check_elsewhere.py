@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from retarget_bench import __version__
+from retarget_bench.training import released
 
 TOYS = Path(__file__).parent / "toys"
 ROOT = Path(__file__).parents[2]
@@ -55,7 +56,10 @@ def test_the_action_as_the_page_shows_it(tmp_path):
     page = (ROOT / "docs" / "check.md").read_text(encoding="utf-8")
     (shown,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
     (step,) = yaml.safe_load(shown)
-    assert step["uses"].split("@") == ["OWNER/retarget-bench", "v" + __version__.rpartition(".")[0]]
+    assert step["uses"].split("@") == [
+        released.address().removeprefix("https://github.com/"),
+        "v" + __version__.rpartition(".")[0],
+    ]
     (accept,) = re.findall(
         r"^ {4}(bench check .*--accept \"[^\"]*\")", page.partition("own repository")[2], re.MULTILINE
     )
@@ -76,12 +80,20 @@ def test_the_action_as_the_page_shows_it(tmp_path):
         "GITHUB_STEP_SUMMARY": str(tmp_path / "summary.md"),
     }
 
-    def steps() -> list[int]:
+    def steps(**more: str) -> list[int]:
         codes = []
         for each in action["runs"]["steps"]:
-            given = {key: re.sub(r"\$\{\{ inputs\.(\w+) \}\}", lambda found: inputs[found[1]], value)
-                     for key, value in each.get("env", {}).items()}  # fmt: skip
-            command = ["bash", "-eo", "pipefail", "-c", each["run"]]
+            inside = inputs | more
+            given = {
+                key: re.sub(
+                    r"\$\{\{ inputs\.(\w+) \}\}", lambda found, inside=inside: inside[found[1]], value
+                )
+                for key, value in each.get("env", {}).items()
+            }
+            shell = {"bash": ["bash", "-eo", "pipefail", "-c"], "python": [sys.executable, "-c"]}[
+                each["shell"]
+            ]
+            command = [*shell, each["run"]]
             codes.append(subprocess.run(command, cwd=tmp_path, env=environment | given).returncode)
         return codes
 
@@ -92,7 +104,11 @@ def test_the_action_as_the_page_shows_it(tmp_path):
     method = tmp_path / "my_method.py"
     method.write_text(method.read_text().replace("stride: float = 1.0", "stride: float = 1.1"))
     assert steps() == [0, 1]
-    assert re.findall("### bench check: (.*)", (tmp_path / "summary.md").read_text()) == ["same", "moved"]
+    (less,) = re.findall(r"^ {4}bench check -m my_method.py -r golden (--columns.*)$", page, re.MULTILINE)
+    assert steps(options=less) == [0, 1]
+    assert steps(options="--columns 'contact recall' --worse-only --tolerance 50%") == [0, 0]
+    heads = re.findall("### bench check: (.*)", (tmp_path / "summary.md").read_text())
+    assert heads == ["same", "moved", "moved", "same"]
 
 
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))

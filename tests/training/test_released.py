@@ -43,12 +43,13 @@ def release(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def installed(tmp_path):
+def installed(tmp_path, monkeypatch):
     """The card of a method as a wheel has it, beside which there are no tensors."""
     place = tmp_path / "methods" / "same" / "weights"
     place.mkdir(parents=True)
     shutil.copy(SAME / "puppets.json", place)
     shutil.copy(ROOT / "methods" / released.LIST, tmp_path / "methods")
+    monkeypatch.setattr(released, "methods_folder", lambda: tmp_path / "methods")
     return place / "puppets.json"
 
 
@@ -58,6 +59,33 @@ def test_weights_are_fetched_once(release, installed):
     assert read.hash == weights.read(SAME / "puppets.json").hash
     weights.read(installed)
     assert len(asked) == 1
+
+
+def test_the_copy_is_for_whoever_shares_the_cache(release, installed, tmp_path):
+    weights.read(installed)
+    (copy,) = (tmp_path / "cache" / "weights").iterdir()
+    assert copy.stat().st_mode & 0o444 == 0o444
+
+
+def test_a_relative_cache_is_one_folder_wherever_processes_work(release, installed, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("RETARGET_BENCH_CACHE", "here")
+    weights.read(installed)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    weights.read(installed)
+    assert len(release[1]) == 1
+
+
+@pytest.mark.parametrize("name", ["card.json", "a/b/c/card.json"])
+def test_cards_of_others_are_fetched_from_nowhere(installed, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    card = Path(name)
+    card.parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / released.LIST).write_text("of something else\n")
+    shutil.copy(installed, card)
+    with pytest.raises(FileError, match=r"card\.safetensors: cannot be read"):
+        weights.read(card)
 
 
 def test_what_lies_beside_the_card_counts(release, installed):
@@ -90,7 +118,7 @@ def test_without_a_network_the_message_says_what_to_do(installed, tmp_path, monk
     ) as told:
         weights.read(installed)
     assert told.value.path == installed.with_suffix(".safetensors")
-    assert "place it there yourself" in told.value.problem
+    assert "RETARGET_BENCH_CACHE" in told.value.problem
 
 
 def test_the_list_is_of_the_files_that_the_wheel_lacks():
