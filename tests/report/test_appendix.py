@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
+import json
 import re
 import shlex
 import zlib
@@ -13,6 +15,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
+import retarget_bench as rb
 from retarget_bench.errors import BenchError
 from retarget_bench.figures.plotting import canvas
 from retarget_bench.plugins import bound, registry
@@ -23,7 +26,7 @@ from retarget_bench.report.appendix import Appendix, appendix
 from retarget_bench.tables.model import Group
 from tests.engine import stored
 from tests.engine.small_plans import asked
-from tests.in_process import run_here
+from tests.in_process import run_here, without_processes
 from tests.rendering.small_tables import HOSTILE, make_table
 from tests.report.odd_runs import bench, report
 
@@ -206,3 +209,39 @@ def test_results_without_any_number_are_refused_in_a_sentence(tmp_path, name):
     run_here(asked(tmp_path, "ik", data="toy_people[clips=2]", **about))  # which needs rotations
     with pytest.raises(BenchError, match="no result here has a number"):
         report(tmp_path, "-o", tmp_path / name)
+
+
+def test_facts_are_those_of_cards_and_cases(tmp_path):
+    """Of a small run with a learned and a stochastic method: beside what their files say."""
+    with without_processes():
+        rb.run(["pan", "ik", "other_clip"], splits="cross", limit=2, metrics="position", out=str(tmp_path))
+    (page,) = pages(tmp_path)
+    items = dict(page.items)
+    card = Path(__file__).parents[2] / "methods" / "pan" / "weights" / "puppets.json"
+    pan = json.loads(card.read_text())
+    windows = f"{pan['steps'] * pan['recipe']['batch']:,}"
+    training = items["Training of learned methods"]
+    assert re.search(
+        rf"{pan['data']['clips']} clips, .*: pan {windows} windows in 62 min, seed {pan['seed']} ", training
+    )
+    assert "licence: CC0 1.0" in items["Data and licence"]
+    assert items["Seeds and runs"].endswith("seed: 0. Stochastic methods: other_clip.")
+    assert "tests: none" in items["Protocol"]  # of fewer than ten clips
+    rows = csv.DictReader(next(tmp_path.rglob("cases.csv")).open(encoding="utf-8"))
+    done = {name for row in [*rows] for name in (row["source"], row["target"])}
+    (count,) = re.findall(r"(\d+) characters in all", items["Protocol"])
+    assert 2 <= int(count) <= len(done)
+    assert re.search(
+        r"share of the papers' windows: pan at least 0\.\d+ %", items["What may not be concluded"]
+    )
+    assert "Licence of the benchmark: ik" in items["Methods, licences, keys, checksums"]
+
+
+def test_a_page_of_tested_methods_says_how_they_were_tested(tmp_path):
+    (page,) = pages(ran(tmp_path))
+    items = dict(page.items)
+    assert "paired sign flips of clips" in items["Protocol"]
+    assert (
+        "A difference that is not significant does not mean equality." in items["What may not be concluded"]
+    )
+    assert "2 characters in all" in items["Protocol"]
