@@ -154,6 +154,7 @@ def main() -> None:
     staged(pages, urls["Repository"])
     (pages / "commands.md").write_text(command_reference(), encoding="utf-8")
     (pages / "api.md").write_text(python_reference(), encoding="utf-8")
+    shutil.copy(ROOT / "tools" / "site.css", pages)
     schema = subprocess.run([*BENCH, "info", "suite"], check=True, capture_output=True).stdout
     (pages / "suite.schema.json").write_bytes(schema)
     example(pages / "example")
