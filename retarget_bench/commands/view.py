@@ -58,8 +58,7 @@ def command(sources: tuple[str, ...], options: Options) -> None:
             "any that is free"
         ) from error
     try:
-        with stepped("bench view"):  # files are read
-            window.check()
+        window.check()
         echo(f"{window.url} shows it; Ctrl-C stops")
         if not options.no_open:
             _open(window.url)
