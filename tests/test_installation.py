@@ -110,8 +110,9 @@ def test_fetched_weights_are_told_from_those_to_fetch_and_damaged_ones(monkeypat
     text, problems = installation._weights()
     assert "; 1 more are fetched at their first use" in text
     assert not problems
-    copy = released.kept(place)
-    assert copy is not None
+    fetched = released.released(place)
+    assert fetched is not None
+    copy = fetched.copy
     copy.parent.mkdir(parents=True)
     copy.write_bytes(b"half")
     text, problems = installation._weights()

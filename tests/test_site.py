@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -89,3 +90,5 @@ def test_the_python_reference_has_the_keywords_that_calls_take():
     assert "    splits: str | Sequence[str] = (),\n" in run
     assert "- `splits`: Splits" in run
     assert "### Results.compare\n" in text
+    for call in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        ast.parse(f"def call({call.strip().partition('(')[2]}: ...")  # a signature that Python could have

@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -121,19 +122,19 @@ def documented(name: str, offered: Any, heading: str) -> list[str]:
 
 def signature(name: str, of: inspect.Signature) -> str:
     """A call on one line, or a line for each parameter; without ``self``, and types without modules."""
-    parameters = [str(each) for each in of.parameters.values() if each.name != "self"]
-    after = (
-        "" if of.return_annotation is of.empty else f" -> {inspect.formatannotation(of.return_annotation)}"
-    )
-    keywords = [k for k, each in enumerate(of.parameters.values()) if each.kind is each.KEYWORD_ONLY]
-    if keywords:
-        parameters.insert(keywords[0] - ("self" in of.parameters), "*")
-    line = f"{name}({', '.join(parameters)}){after}"
+    given = [each for each in of.parameters.values() if each.name != "self"]
+    parts: list[str] = []
+    for kind, each in groupby(given, key=lambda parameter: parameter.kind):
+        bare = kind is inspect.Parameter.KEYWORD_ONLY and not any("*" in part[:1] for part in parts)
+        parts += ["*"] if bare else []
+        parts += map(str, each)
+        parts += ["/"] if kind is inspect.Parameter.POSITIONAL_ONLY else []
+    returned = inspect.formatannotation(of.return_annotation)
+    after = "" if of.return_annotation is of.empty else f" -> {returned}"
+    line = f"{name}({', '.join(parts)}){after}"
     if len(line) > 80:
-        line = f"{name}(\n    " + ",\n    ".join(parameters) + f",\n){after}"
-    line = re.sub(
-        r"(?<=: )'(\w+)'|(?<=> )'(\w+)'", r"\1\2", line
-    )  # types that are imported for checks alone
+        line = f"{name}(\n    " + ",\n    ".join(parts) + f",\n){after}"
+    line = re.sub(r"(?<=: )'([^']+)'|(?<=> )'([^']+)'", r"\1\2", line)  # of imports for type checks
     return re.sub(r"\b(?:[a-z_]+\.)+(?=[A-Z])", "", line).replace("<factory>", "...")
 
 
@@ -148,6 +149,8 @@ def example(folder: Path) -> None:
 
 
 def main() -> None:
+    from retarget_bench.commands import suite
+
     urls = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["urls"]
     pages = WORK / "pages"
     shutil.rmtree(pages, ignore_errors=True)
@@ -155,8 +158,7 @@ def main() -> None:
     (pages / "commands.md").write_text(command_reference(), encoding="utf-8")
     (pages / "api.md").write_text(python_reference(), encoding="utf-8")
     shutil.copy(ROOT / "tools" / "site.css", pages)
-    schema = subprocess.run([*BENCH, "info", "suite"], check=True, capture_output=True).stdout
-    (pages / "suite.schema.json").write_bytes(schema)
+    (pages / "suite.schema.json").write_text(suite.schema(), encoding="utf-8")
     example(pages / "example")
     config = (ROOT / "tools" / "site.toml").read_text(encoding="utf-8")
     for name, address in urls.items():

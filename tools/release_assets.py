@@ -15,12 +15,12 @@ from typing import Any
 
 import yaml
 
+from retarget_bench import distribution
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.card_text import described
 from retarget_bench.training.learned_method import of_weights
 from retarget_bench.training.record import Record
-from retarget_bench.training.released import address
 
 ROOT = Path(__file__).parents[1]
 LABELS = {"mpjpe_h.world": "MPJPE, % of height", "mpjpe_h.root": "MPJPE, root-aligned, % of height"}
@@ -65,8 +65,8 @@ def hub_card(method: str, name: str) -> str:
         *([f"bench run '{spec}'{task}"] if "motion" in about.accepts else []),
         "```",
         "",
-        f"For [the benchmark]({address()}), which compares it with other methods. `bench info` says what "
-        "it takes, and where shipped results show it worse than untrained methods.",
+        f"For [the benchmark]({distribution.address()}), which compares it with other methods. "
+        "`bench info` says what it takes, and where shipped results show it worse than untrained methods.",
         "",
         "## Training",
         "",
@@ -78,7 +78,7 @@ def hub_card(method: str, name: str) -> str:
 def metadata(method: str, name: str, record: Record) -> dict[str, Any]:
     """The head of a card: licence, library, tags, and scores on the validation cases of its training."""
     return {
-        "license": "apache-2.0",
+        "license": distribution.licence().lower(),
         "library_name": "retarget-bench",
         "tags": ["motion-retargeting", "character-animation", method],
         "metrics": ["mpjpe"],

@@ -136,13 +136,13 @@ def _weights() -> Look:
     problems, here, later = [], 0, 0
     for card in cards:
         file = arrays_of(card)
-        copy = None if file.exists() else released.kept(file)
-        if copy is not None and not copy.exists():
+        fetched = None if file.exists() else released.released(file)
+        if fetched is not None and not fetched.copy.exists():
             later += 1
             continue
         here += 1
-        if copy is not None and not released.intact(file):
-            problems.append(f"{copy} is damaged: remove it, and its next use fetches it again")
+        if fetched is not None and not fetched.intact():
+            problems.append(f"{fetched.copy} is damaged: remove it, and its next use fetches it again")
             continue
         try:
             weights.read(card)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from retarget_bench import distribution
 from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import PAIRED, Method
 from retarget_bench.api.completing import whole
@@ -21,11 +22,10 @@ from retarget_bench.tables import builder, provenance
 from retarget_bench.tables.method_groups import speeds
 from retarget_bench.tables.model import Cell, Group, Table, count, listed
 from retarget_bench.tables.rendering import as_latex, words
-from retarget_bench.training import card_text, released
+from retarget_bench.training import card_text
 
 GOAL = "Asked for was the source's motion on the target's body."
 UNKNOWN = "unknown"
-CODE_LICENCE = "Apache-2.0"
 DIGITS = 8
 """Of keys and checksums, which have more."""
 
@@ -218,7 +218,7 @@ class _Facts:
         return (
             f"{'; '.join(versions)}; revision {', '.join(revisions)}; "
             f"metrics {', '.join(metrics) or UNKNOWN}; results of {' to '.join(made)}. Licence of the "
-            f"benchmark: {CODE_LICENCE}; address of its code: {released.address()}."
+            f"benchmark: {distribution.licence()}; address of its code: {distribution.address()}."
         )
 
     def methods(self) -> str:

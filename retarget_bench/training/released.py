@@ -8,14 +8,28 @@ from __future__ import annotations
 
 import importlib
 import sys
-from importlib import metadata
 from pathlib import Path
+from typing import NamedTuple
 
-from retarget_bench import __version__
+from retarget_bench import __version__, distribution
 from retarget_bench.errors import FileError
 from retarget_bench.files import cache_folder
 
 LIST = "weights.sha256"
+
+
+class Released(NamedTuple):
+    """A file of tensors of a release. copy: where it is kept, or will be."""
+
+    url: str
+    sha256: str
+    copy: Path
+
+    def intact(self) -> bool:
+        """Whether the copy is what the release has."""
+        import pooch
+
+        return bool(pooch.file_hash(str(self.copy)) == self.sha256)
 
 
 def at_hand(file: Path) -> Path:
@@ -23,60 +37,41 @@ def at_hand(file: Path) -> Path:
 
     Raises FileError where it cannot be fetched.
     """
-    if file.exists() or (copy := kept(file)) is None:
+    if file.exists() or (one := released(file)) is None:
         return file
     import pooch
 
-    method, _, name = released(file)
-    url = f"{address()}/releases/download/v{__version__}/{method}-{name}"
     pooch.get_logger().setLevel("WARNING")
     try:
         shown = pooch.HTTPDownloader(progressbar=sys.stderr.isatty())
-        pooch.retrieve(url, f"sha256:{_digest(file)}", copy.name, copy.parent, downloader=shown)
-        if copy.stat().st_mode & 0o777 == 0o600:  # fetched just now, and for whoever shares the folder
-            copy.chmod(0o644)
+        pooch.retrieve(one.url, f"sha256:{one.sha256}", one.copy.name, one.copy.parent, downloader=shown)
+        if one.copy.stat().st_mode & 0o777 == 0o600:  # fetched just now, and for whoever shares the folder
+            one.copy.chmod(0o644)
     except (OSError, ValueError) as error:  # no network, no such file, no room, or a file of another hash
         reason = str(error).partition("\n")[0]
         raise FileError(
             file,
-            f"is not part of the installed package, and could not be fetched from {url} as {copy} "
+            f"is not part of the installed package, and could not be fetched from {one.url} as {one.copy} "
             f"({reason}); place it there yourself, or set RETARGET_BENCH_CACHE to a folder that can be "
-            f"written, or work in a checkout of {address()}",
+            f"written, or work in a checkout of {distribution.address()}",
         ) from error
-    return copy
+    return one.copy
 
 
-def kept(file: Path) -> Path | None:
-    """Where the copy of a file of tensors is, or will be; None for one that a wheel has, or of others."""
-    if not (digest := _digest(file)):
+def released(file: Path) -> Released | None:
+    """What the list of this package's methods has of METHOD/weights/NAME; None for all other files."""
+    folder = Path(next(iter(importlib.import_module("retarget_bench.methods").__path__))).absolute()
+    if not file.absolute().is_relative_to(folder):
         return None
-    method, _, name = released(file)
-    return cache_folder() / "weights" / f"{method}-{digest[:8]}-{name}"
-
-
-def intact(file: Path) -> bool:
-    """Whether the copy of a file is what the release has."""
-    import pooch
-
-    copy = kept(file)
-    return copy is not None and pooch.file_hash(str(copy)) == _digest(file)
-
-
-def _digest(file: Path) -> str:
-    """The SHA-256 of a file of the methods in their list; "" where it is not there."""
-    parts = released(file)
-    return listed(methods_folder() / LIST).get(parts, "") if parts else ""
-
-
-def released(file: Path) -> tuple[str, ...]:
-    """``(METHOD, "weights", NAME)`` of a file of the methods of this package; () of others."""
-    folder = methods_folder()
-    return file.absolute().relative_to(folder).parts if file.absolute().is_relative_to(folder) else ()
-
-
-def methods_folder() -> Path:
-    """The folder of the methods of this package."""
-    return Path(next(iter(importlib.import_module("retarget_bench.methods").__path__))).absolute()
+    parts = file.absolute().relative_to(folder).parts
+    if not (sha256 := listed(folder / LIST).get(parts)):
+        return None
+    asset = f"{parts[0]}-{file.name}"
+    return Released(
+        f"{distribution.address()}/releases/download/v{__version__}/{asset}",
+        sha256,
+        cache_folder() / "weights" / f"{sha256[:8]}-{asset}",
+    )
 
 
 def listed(path: Path) -> dict[tuple[str, ...], str]:
@@ -84,14 +79,4 @@ def listed(path: Path) -> dict[tuple[str, ...], str]:
     if not path.is_file():
         return {}
     rows = (line.split() for line in path.read_text(encoding="utf-8").splitlines())
-    return {Path(name).parts: digest for digest, name in rows}
-
-
-def address() -> str:
-    """The address of the repository, from ``[project.urls]``; or how it becomes known, where the package
-    is in use uninstalled, or installed as it was before."""
-    try:
-        urls = metadata.metadata("retarget-bench").get_all("Project-URL", [])
-    except metadata.PackageNotFoundError:
-        urls = []
-    return dict(each.split(", ", 1) for each in urls).get("Repository", "(unknown: install it again)")
+    return {Path(name).parts: sha256 for sha256, name in rows}

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench import __version__
-from retarget_bench.training import released
+from retarget_bench import __version__, distribution
 
 TOYS = Path(__file__).parent / "toys"
 ROOT = Path(__file__).parents[2]
@@ -57,7 +56,7 @@ def test_the_action_as_the_page_shows_it(tmp_path):
     (shown,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
     (step,) = yaml.safe_load(shown)
     assert step["uses"].split("@") == [
-        released.address().removeprefix("https://github.com/"),
+        distribution.address().removeprefix("https://github.com/"),
         "v" + __version__.rpartition(".")[0],
     ]
     (accept,) = re.findall(

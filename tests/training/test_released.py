@@ -12,7 +12,8 @@ from threading import Thread
 
 import pytest
 
-from retarget_bench import __version__
+import retarget_bench as rb
+from retarget_bench import __version__, distribution
 from retarget_bench.errors import FileError
 from retarget_bench.training import released, weights
 
@@ -35,7 +36,7 @@ def release(tmp_path, monkeypatch):
 
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Handler, directory=tmp_path / "served"))
     Thread(target=server.serve_forever, daemon=True).start()
-    monkeypatch.setattr(released, "address", lambda: f"http://127.0.0.1:{server.server_port}")
+    monkeypatch.setattr(distribution, "address", lambda: f"http://127.0.0.1:{server.server_port}")
     monkeypatch.setenv("RETARGET_BENCH_CACHE", str(tmp_path / "cache"))
     yield folder, Handler.asked
     server.shutdown()
@@ -49,7 +50,7 @@ def installed(tmp_path, monkeypatch):
     place.mkdir(parents=True)
     shutil.copy(SAME / "puppets.json", place)
     shutil.copy(ROOT / "methods" / released.LIST, tmp_path / "methods")
-    monkeypatch.setattr(released, "methods_folder", lambda: tmp_path / "methods")
+    monkeypatch.setattr(rb.methods, "__path__", [str(tmp_path / "methods")])
     return place / "puppets.json"
 
 
@@ -111,7 +112,7 @@ def test_other_bytes_are_refused_and_not_kept(release, installed, tmp_path):
 
 
 def test_without_a_network_the_message_says_what_to_do(installed, tmp_path, monkeypatch):
-    monkeypatch.setattr(released, "address", lambda: "http://127.0.0.1:9/none")
+    monkeypatch.setattr(distribution, "address", lambda: "http://127.0.0.1:9/none")
     monkeypatch.setenv("RETARGET_BENCH_CACHE", str(tmp_path / "cache"))
     with pytest.raises(
         FileError, match=r"could not be fetched from http://127.0.0.1:9/none/releases"
